@@ -51,4 +51,5 @@ def explain(
     """
     found = error_ladder(model, logs, holdout, max_effects=max_effects, without=without, law=law, progress=progress)
     first, last = with_advice(found.first), with_advice(found.last)
-    return replace(found, first=first, last=last, experiment=first.experiment or last.experiment)
+    between = with_advice(found.unclear).experiment if found.unclear and not first.experiment else None
+    return replace(found, first=first, last=last, experiment=first.experiment or between or last.experiment)

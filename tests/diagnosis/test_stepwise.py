@@ -24,9 +24,9 @@ def begun():
     return best_start(prepare(Model.default(), [simulated(seed=2, duration=10.0, **HIDDEN)]))
 
 
-def climbed(begun, *effects):
-    """A climb that has added these effects, the last round of which names nothing more."""
-    problem, start = begun[0].with_effects(effects), begun[1]
+def climbed(begun, *effects, near=()):
+    """A climb that has added these effects, near some sizes, the last round of which names nothing more."""
+    problem, start = begun[0].with_effects(effects), {**begun[1], **dict(near)}
     fitted = fit_model(problem, start, free_names(problem, effects))
     error = validation_residuals(problem, fitted)[0]
     below = [SimpleNamespace(named=(SimpleNamespace(effect=e),)) for e in effects]
@@ -39,6 +39,20 @@ def test_an_effect_that_later_ones_make_needless_is_told(begun):
         stepwise.find_redundant_effect(climbed(begun, "quadratic_drive", "coulomb_drive", "slope"), print)
         == "quadratic_drive"
     )
+
+
+def test_a_shape_that_bends_to_more_is_needless_where_a_simpler_one_does_as_well_beside_the_others(begun):
+    near = {"stribeck_drive.static": 0.35, "stribeck_drive.sliding": 0.3, "stribeck_drive.speed": 1.0}
+    rounds = climbed(begun, "stribeck_drive", "slope", near=near)
+    assert stepwise.find_redundant_effect(rounds, print) == "stribeck_drive"
+
+
+def test_a_shape_is_needed_where_the_simpler_one_does_not_do():
+    curve = {"stribeck_drive.static": 0.5, "stribeck_drive.sliding": 0.2, "stribeck_drive.speed": 1.0}
+    hidden = {name.replace(".", "__"): size for name, size in curve.items()}
+    log = simulated(seed=2, duration=10.0, slope__angle=0.02, **hidden)
+    rounds = climbed(best_start(prepare(Model.default(), [log])), "stribeck_drive", "slope", near=curve)
+    assert rounds[-1].is_explained and stepwise.find_redundant_effect(rounds, print) is None
 
 
 def test_effects_that_are_all_there_are_all_needed(begun):

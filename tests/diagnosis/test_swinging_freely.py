@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from wheelpend import Log, Model, diagnose, explain
 from wheelpend.diagnosis.verdict import Diagnosis
+from wheelpend.reports.text.explanation import explanation_text
 
 INERTIA = 0.0244  # s²: of the link over the torque that gravity has on it where it is level
 RATE_HZ, SPAN_S, BEGIN_RAD, NOISE_RAD = 60.0, 40.0, 1.1, 0.002
@@ -27,6 +28,31 @@ def swinging_log(viscous: float = 0.0, dry: float = 0.0, quadratic: float = 0.0,
     swing = solve_ivp(rates, (0.0, SPAN_S), (BEGIN_RAD, 0.0), "LSODA", t, rtol=1e-9, atol=1e-9, max_step=0.02)
     seen = (1.0 + scale) * swing.y[0] + NOISE_RAD * np.random.default_rng(7).standard_normal(t.size)
     return Log("camera", t, np.zeros(t.size), seen[:, None], ("theta_1",), rates={})
+
+
+def stopping_log(dry: float, zero: float) -> Log:
+    """The same with dry friction that holds it where it stops, and a zero that is off: half a swing after the other."""
+    t, angle, begin, now = np.arange(0.0, SPAN_S, 1.0 / RATE_HZ), BEGIN_RAD, 1e-6, 0.0
+    seen = np.empty_like(t)
+    while abs(np.sin(angle)) > dry:
+        way = -np.sign(angle)
+
+        def rates(_, state, way=way):
+            return state[1], -(np.sin(state[0]) + dry * way) / INERTIA
+
+        def stops(_, state):
+            return state[1]
+
+        stops.terminal, stops.direction = True, -way
+        push = rates(0.0, (angle, 0.0))[1]
+        first = (angle + 0.5 * push * begin**2, push * begin)
+        swing = solve_ivp(rates, (begin, SPAN_S), first, rtol=1e-9, atol=1e-11, events=stops, dense_output=True)
+        during = (t >= now) & (t <= now + swing.t[-1])
+        seen[during] = swing.sol(np.maximum(t[during] - now, begin))[0]
+        now, angle = now + swing.t[-1], swing.y[0, -1]
+    seen[t >= now] = angle
+    seen += zero + NOISE_RAD * np.random.default_rng(7).standard_normal(t.size)
+    return Log("stopping", t, np.zeros(t.size), seen[:, None], ("theta_1",), rates={})
 
 
 @lru_cache
@@ -52,6 +78,17 @@ def test_a_sensor_with_another_scale_than_it_should_have_is_told_by_gravity():
     assert {step.effect for step in ladder.steps} == {"viscous_drive", "link_scale"}
     assert ladder.parameters["link_scale.scale"].value == pytest.approx(0.045, abs=0.002)
     assert ladder.parameters["viscous_drive.coefficient"].value == pytest.approx(0.004, rel=0.05)
+
+
+def test_what_is_held_out_moves_though_the_pendulum_stands_still_for_most_of_its_log():
+    ladder = explain(Model.parse(MODEL), [stopping_log(dry=0.03, zero=0.02)])
+    assert [step.effect for step in ladder.steps] == ["coulomb_drive", "encoder_zero"]
+    assert ladder.parameters["coulomb_drive.torque"].value == pytest.approx(0.03, rel=0.02)
+    assert ladder.parameters["encoder_zero.bias"].value == pytest.approx(0.02, abs=0.001)
+    assert any("stands still for most of the last third" in w for w in ladder.warnings)
+    assert ladder.experiment.startswith("To tell encoder_zero") and not ladder.steps[0].equivalent_to
+    told = [line for line in explanation_text(ladder) if "cannot tell it from" in line]
+    assert len(told) == 1 and told[0].endswith(ladder.experiment)
 
 
 @pytest.mark.slow

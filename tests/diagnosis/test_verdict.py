@@ -216,6 +216,25 @@ def test_the_lower_error_comes_first_and_the_simpler_effect_where_it_is_containe
 
 
 @pytest.mark.parametrize(
+    ("lead", "error", "first"),
+    [
+        ([3.0, -2.0, 4.0, -3.0], 1.5, "encoder_zero"),  # no lead beside its scatter
+        ([3.0, 2.0, 4.0, 3.0], 1.5, "cogging"),
+        ([3.0, -2.0, 4.0, -3.0], 1.0, "cogging"),  # where noise is all that is left no such scatter counts
+        ([-3.0, -2.0, -4.0, -3.0], 1.0, "encoder_zero"),  # less, once the price of its freedom is paid
+    ],
+)
+def test_the_simpler_of_two_that_data_do_not_tell_apart_comes_first(rough, lead, error, first):
+    problem, _, candidate, _ = rough
+    sizes = {name: Estimate(1.0, 0.1, "") for name in ("sine", "cosine", "periods")}
+    many = replace(candidate, effect="cogging", estimates=sizes, error_after=error, evidence=np.array(lead))
+    one = replace(candidate, effect="encoder_zero", error_after=1.002 * error, evidence=np.zeros(4))
+    assert rank_candidates(problem, [many, one])[0].effect == first
+    apart = replace(one, error_after=1.02 * error)  # a difference of the error that data do tell
+    assert rank_candidates(problem, [many, apart])[0].effect == "cogging"
+
+
+@pytest.mark.parametrize(
     ("hidden", "twin", "size"),
     [("com_offset.angle", "imu_bias.bias", 0.02), ("voltage_offset.offset", "coulomb_asymmetry.torque", 0.2)],
 )

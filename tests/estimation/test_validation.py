@@ -47,6 +47,31 @@ def test_the_last_third_of_a_log_is_held_out_and_no_sample_is_on_both_sides():
         assert (held.estimation_log, held.part.log) == (number, fitted.log)
 
 
+def at_rest_from(stop, *, then=0.0):
+    """A log of 6 s whose machine stands still from some time [s] on, and moves again in its last part [s]."""
+    log = simulated(duration=6.0, noise=False)
+    places = log.measured.copy()
+    places[(log.t >= stop) & (log.t <= 6.0 - then)] = places[np.searchsorted(log.t, stop)]
+    noise = np.array([1e-3, 1e-2, 1e-2]) * np.random.default_rng(1).normal(size=places.shape)
+    return replace(log, measured=places + noise)
+
+
+@pytest.mark.parametrize(("stop", "moving"), [(4.2, 4.2), (4.8, 4.8), (5.5, 6.0), (6.0, 6.0)])
+def test_where_a_machine_stands_still_for_most_of_the_last_third_a_third_of_what_moves_is_held_out_too(stop, moving):
+    log = at_rest_from(stop)
+    problem = prepare(Model.default(), [log], lean=True)
+    fitted, held = samples(problem.data.estimation[0]), samples(problem.data.validation[0].part)
+    begin = log.t[min(held)]
+    assert moving * 2 / 3 - 0.05 <= begin < moving * 2 / 3 + 0.52 and max(fitted) < min(held)
+    assert 6.0 - log.t[max(held)] < 0.6  # the last third is held out whatever it does
+
+
+def test_one_that_moves_again_at_the_end_has_its_last_third_held_out():
+    log = at_rest_from(4.2, then=0.3)
+    problem = prepare(Model.default(), [log], lean=True)
+    assert 4.0 <= log.t[min(samples(problem.data.validation[0].part))] < 4.6
+
+
 def test_held_out_logs_take_no_part_in_the_fit_and_leave_it_the_whole_of_its_own():
     own, other = simulated(duration=6.0), simulated(duration=3.0, seed=1)
     problem = prepare(Model.default(), [own], [other], lean=True)

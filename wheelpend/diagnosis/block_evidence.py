@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,6 +12,7 @@ from wheelpend.estimation.prediction import RUNAWAY_RESIDUAL_SIGMAS
 from wheelpend.estimation.segments import Segments
 
 BLOCK_COUNT = 10  # of each log's validation segments, whose scatter gives a standard error
+MIN_CLEAR_STATISTIC = 2.0  # standard errors between blocks by which one prediction is clearly better than another
 SIGMA_UNCERTAINTY = 0.01  # relative, of the sensors' σ: an error that is higher by so much is no sign of anything
 
 
@@ -27,6 +29,14 @@ def evidence_in_blocks(
         return gains
     worth = (len(after.free) - len(before.free)) * np.log(max(after.count, 2))
     return gains + 0.5 * (before.cost - after.cost - worth) / len(gains)
+
+
+def gain_statistic(gains: np.ndarray) -> float:
+    """The mean of some gains over its standard error from their scatter; infinite where they are all alike."""
+    if len(gains) < 2 or not np.isfinite(gains).all():
+        return 0.0
+    error, mean = float(np.std(gains, ddof=1)) / np.sqrt(len(gains)), float(np.mean(gains))
+    return mean / error if error > 0.0 else math.copysign(math.inf, mean) if mean else 0.0
 
 
 def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:

@@ -109,6 +109,7 @@ class Ladder(DrawnResult):
     law: FreeLaw | None = None  # for the unexplained force, on request
     remainder: Remainder | None = None  # what the model leaves to chance after the last step
     structures: tuple[Structure, ...] = ()  # what may be missing in the model as it came, the likeliest first
+    unclear: Diagnosis | None = field(repr=False, default=None)  # the first of the rounds between that is ambiguous
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -182,6 +183,7 @@ def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: fl
         for before, after in pairwise([*rounds[:-1], last])
     )
     problem = last.problem
+    unclear = [] if last.verdict == "unexplained" else rounds[1:-1]  # no experiment helps where a rest is unexplained
     return Ladder(
         verdict=overall_verdict(steps, last),
         nominal_error=nominal,
@@ -201,6 +203,7 @@ def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: fl
         model=fitted_model(problem, last.fit, last.remainder),
         first=first,
         last=last,
+        unclear=next((r for r in unclear if r.verdict == "ambiguous"), None),
         fit=last.fit,
         problem=problem,
     )

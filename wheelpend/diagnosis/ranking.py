@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import derive
+from wheelpend.diagnosis.block_evidence import MIN_CLEAR_STATISTIC, gain_statistic
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE, MAX_EVALUATED_COST_RATIO
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, WRONG_START_ERROR_RATIO
+from wheelpend.estimation.criteria import (
+    MAX_EXPLAINED_ERROR_RATIO,
+    MAX_NOISE_LEVEL_ERROR_RATIO,
+    WRONG_START_ERROR_RATIO,
+)
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem, simpler_effects
 
@@ -19,8 +24,8 @@ def rank_candidates(problem: EstimationProblem, candidates: Iterable[CandidateFi
     """Effects by validation error, the best first; one that releases a coordinate and leaves a rest is penalised.
 
     Where even the best leaves much, its lead over one with fewer parameters says little: more parameters bend further
-    to whatever else is missing. Then the simplest of those that are nearly as good comes first; else only one that the
-    best contains or approaches, and that these data cannot tell from it.
+    to whatever else is missing. Then the simplest of those that are nearly as good comes first; else only one that
+    these data do not tell from the best: that it contains or approaches, or that is as likely.
     """
 
     def rank(one: CandidateFit) -> float:
@@ -34,11 +39,28 @@ def rank_candidates(problem: EstimationProblem, candidates: Iterable[CandidateFi
     best = next((c for c in ordered if c.physical), ordered[0])  # one of an impossible size is no rival
     far = best.error_after >= WRONG_START_ERROR_RATIO * problem.floor
     similar = MAX_SIMILAR_ERROR_RATIO if far else 1.0 + MAX_EQUIVALENT_ERROR_DIFFERENCE
+    in_noise = best.error_after < MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
     nested = nested_effects(problem, best.effect)
-    rivals = [c for c in ordered if c.physical and rank(c) < similar * rank(best) and (far or c.effect in nested)]
+
+    def is_rival(one: CandidateFit) -> bool:
+        alike = far or one.effect in nested or _is_as_likely(one, best, scatters=not in_noise)
+        return one.physical and rank(one) < similar * rank(best) and alike
+
+    rivals = [c for c in ordered if is_rival(c)]
     simplest = min(rivals, key=lambda c: (len(c.coefficients), rank(c)), default=best)
     first = simplest if len(simplest.coefficients) < len(best.coefficients) else best
     return [first, *(c for c in ordered if c is not first)]
+
+
+def _is_as_likely(one: CandidateFit, best: CandidateFit, *, scatters: bool) -> bool:
+    """True of an effect with as much evidence as the best, the price of their freedom counted.
+
+    Or with not clearly less where it ``scatters`` between blocks by more than noise does.
+    """
+    if one.evidence is None or best.evidence is None or len(one.evidence) != len(best.evidence):
+        return False
+    lead = best.evidence - one.evidence
+    return bool(lead.sum() <= 0.0) or (scatters and gain_statistic(lead) < MIN_CLEAR_STATISTIC)
 
 
 def nested_effects(problem: EstimationProblem, effect: str) -> list[str]:

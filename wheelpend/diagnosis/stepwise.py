@@ -15,6 +15,7 @@ from wheelpend.diagnosis.criteria import (
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.search import leaves_a_force, likely_model, rounds_by_likelihood, rounds_from
 from wheelpend.diagnosis.outside_force import is_far_calmer, without_outside_forces
+from wheelpend.diagnosis.ranking import nested_effects
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.rounds import first_round, next_round, with_partner
 from wheelpend.diagnosis.verdict import (
@@ -234,9 +235,10 @@ def best_result(rounds: Rounds) -> tuple[float, EstimationProblem, Fit]:
 
 
 def find_redundant_effect(rounds: Rounds, progress: Progress) -> str | None:
-    """The effect, the last added apart, whose removal raises the validation error least, where that is not by enough.
+    """The effect, the last added apart, that the others need least, where without it the error does not rise by enough.
 
-    None unless the rounds explain everything but the noise.
+    Or with a simpler one in its place, which it contains or approaches: what bends to more was worth naming while the
+    others were missing. None unless the rounds explain everything but the noise.
     """
     if not rounds[-1].is_explained:
         return None
@@ -246,7 +248,9 @@ def find_redundant_effect(rounds: Rounds, progress: Progress) -> str | None:
     errors = {}
     for effect in (e for e in added[:-1] if e in present):
         progress(f"is {effect} still needed?")
-        errors[effect] = reduced_model_error(problem, [e for e in present if e != effect], fitted)
+        others = [e for e in present if e != effect]
+        simpler = [[*others, s] for s in nested_effects(problem.with_effects(others), effect)]
+        errors[effect] = min(reduced_model_error(problem, kept, fitted) for kept in (others, *simpler))
     least = min(errors, key=errors.__getitem__, default=None)
     return least if least is not None and errors[least] < (1.0 + MIN_RELATIVE_ERROR_DECREASE) * error else None
 

@@ -22,6 +22,7 @@ from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
 from wheelpend.logs.read import load_log
+from wheelpend.logs.rest import rest_begin
 from wheelpend.logs.same_record import shared_rows
 from wheelpend.logs.sources import LogsLike, as_list, names_of, resolved_paths
 from wheelpend.model.model_kernels import library_module_of
@@ -29,6 +30,7 @@ from wheelpend.model.record import Model
 
 EVENT_MARGIN_HORIZON_SHARE = 0.05  # of the horizon: an event so near to a segment may have happened in it
 COUPLED_SEGMENTS_PER_RUN = 10  # short segments taken in a row where the model couples each to the one before
+MAX_STILL_SHARE = 0.5  # of a log's last third: where the machine stands still for more of it, more is held out
 INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motion
 
 
@@ -84,12 +86,17 @@ def prepare(
     _require_testable_effects(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
     words = model.plant_signature.words
-    split = _split_logs(loaded, noise, horizon, words, keep_all=use_all or bool(validation_logs))
+    keep_all = use_all or bool(validation_logs)
+    split = _split_logs(loaded, noise, horizon, words, keep_all=keep_all)
     held_out = zip(validation_logs, noise[len(loaded) :], strict=True)
     given = [_validation_data_of_log(log, own, horizon, words) for log, own in held_out]
     split = replace(split, validation=(*split.validation, *given))
     read = zip((*loaded, *validation_logs), noise, strict=True)
     warnings = tuple(w for log, own in read for w in (*_warnings_of(log), *(f"{log.name}: {r}" for r in own.remarks)))
+    if not keep_all:
+        warnings += tuple(
+            w for log, own in zip(loaded, noise, strict=True) for w in _stillness_warnings(log, own, words)
+        )
     problem = EstimationProblem(
         model, module, split, noise, horizon, INITIAL_MAX_STEP_S, warnings, without=tuple(without)
     )  # fmt: skip
@@ -160,11 +167,36 @@ def _split_logs(
     """Estimation segments of logs and, unless all are for that, validation segments from the last third of each."""
     estimation, validation = [], []
     for number, (log, own) in enumerate(zip(logs, noise, strict=False)):
-        split = len(log) if keep_all else len(log) * 2 // 3
+        split = len(log) if keep_all else held_out_begin(log, own)
         estimation.append(_segments_of_log(log, own, horizon, 0, split, words))
         if split < len(log):
             validation.append(ValidationData(_segments_of_log(log, own, horizon, split, len(log), words), number, None))
     return DataSplit(tuple(estimation), tuple(validation))
+
+
+def held_out_begin(log: Log, noise: Noise) -> int:
+    """The first sample that is held out: two thirds of a log, or of what moves where it stands still for the rest.
+
+    A machine at rest follows hardly any law, and tells none from another.
+    """
+    third = _last_third(log)
+    rest = rest_begin(log, noise.sigma)
+    stands_still = len(log) - rest > MAX_STILL_SHARE * (len(log) - third)
+    return min(rest * 2 // 3, third) if stands_still else third
+
+
+def _last_third(log: Log) -> int:
+    """The first sample of a log's last third."""
+    return len(log) * 2 // 3
+
+
+def _stillness_warnings(log: Log, noise: Noise, words: PlantWords) -> list[str]:
+    """A warning where more than the last third of a log is held out."""
+    begin = held_out_begin(log, noise)
+    if begin >= _last_third(log):
+        return []
+    return [f"{log.name}: the {words.machine} stands still for most of the last third, which tells no law from "
+            f"another: what is held out begins at t = {log.t[begin]:.3g} s, while it moves."]  # fmt: skip
 
 
 def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: PlantWords) -> ValidationData:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.diagnosis.block_evidence import gain_statistic
 from wheelpend.diagnosis.evidence import encompassing_p_value
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.estimation.filter_error import FilterProblem, parted
@@ -162,14 +163,6 @@ def _blocks(segments: Segments, total: int) -> list[np.ndarray]:
 def gain_in_blocks(before: Prediction, after: Prediction) -> np.ndarray:
     """By how much each block is likelier after a change than before (blocks,) [nats]."""
     return np.nan_to_num(after.log_likelihood - before.log_likelihood, nan=-np.inf)
-
-
-def gain_statistic(gains: np.ndarray) -> float:
-    """The mean of some gains over its standard error from their scatter; infinite where they are all alike."""
-    if len(gains) < 2 or not np.isfinite(gains).all():
-        return 0.0
-    error, mean = float(np.std(gains, ddof=1)) / np.sqrt(len(gains)), float(np.mean(gains))
-    return mean / error if error > 0.0 else math.copysign(math.inf, mean) if mean else 0.0
 
 
 def one_sided_p_value(gains: np.ndarray) -> float:

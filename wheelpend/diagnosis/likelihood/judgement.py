@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 import derive
-from wheelpend.diagnosis.block_evidence import falls_over_segments
+from wheelpend.diagnosis.block_evidence import MIN_CLEAR_STATISTIC, falls_over_segments, gain_statistic
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import (
     FAMILYWISE_SIGNIFICANCE_LEVEL,
@@ -29,7 +29,6 @@ from wheelpend.diagnosis.likelihood.held_out import (
     combined_p_value,
     following,
     gain_in_blocks,
-    gain_statistic,
     joint_p_value,
     one_sided_p_value,
     prediction,
@@ -48,7 +47,6 @@ CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either par
 MIN_FORCE_SHARE = 1e-3  # of the drive on its row: below that a force is negligible
 MAX_SHARE = 10.0  # of the drive on its row, from which a force says that next to nothing drives it
 ODDS_AGAINST_DRIVING = 1000.0  # prior odds that a constant torque where nothing makes one stands for something else
-MIN_CLEAR_STATISTIC = 2.0  # standard errors between blocks by which one prediction is clearly better than another
 
 
 class Judged(NamedTuple):

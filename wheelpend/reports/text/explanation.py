@@ -55,4 +55,6 @@ def _step_lines(step: Step, result: Ladder) -> Iterator[str]:
         yield f"  {force_change_text(step.force_before, step.force_after)}"
     yield from log_size_lines(step)
     if step.equivalent_to:
-        yield f"  {equivalents_text(step, 'it')} {result.experiment or ''}"
+        of_advice = next(s for s in result.steps if s.equivalent_to)  # whose effects the experiment tells apart
+        advice = result.experiment if step is of_advice else None
+        yield "  " + " ".join(filter(None, (equivalents_text(step, "it"), advice)))

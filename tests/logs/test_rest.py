@@ -1,0 +1,65 @@
+"""From where on a machine stands still."""
+
+import numpy as np
+import pytest
+
+from wheelpend.logs.log import Log
+from wheelpend.logs.rest import rest_begin
+
+T = np.arange(0.0, 20.0, 0.01)
+SIGMA = 1e-3
+
+
+def decaying(stop: float, seed: int = 0) -> np.ndarray:
+    """An angle that swings with the amplitude of one that dry friction brakes, until it stands still; with noise."""
+    swing = np.maximum(1.0 - T / stop, 0.0) * np.cos(4.0 * T)
+    return swing + SIGMA * np.random.default_rng(seed).normal(size=len(T))
+
+
+def log(*channels: np.ndarray) -> Log:
+    measured = np.column_stack(channels)
+    return Log("made", T, np.zeros((len(T), 0)), measured, tuple(f"theta_{k + 1}" for k in range(len(channels))))
+
+
+@pytest.mark.parametrize("stop", [14.0, 16.0, 18.0])
+def test_a_machine_rests_from_where_it_stays_within_its_noise_or_a_hundredth_of_its_range(stop):
+    begin = rest_begin(log(decaying(stop)), [SIGMA])
+    assert stop - 0.6 < T[begin] <= stop + 0.05
+
+
+def test_one_that_swings_to_its_end_does_not_rest():
+    assert T[-1] - T[rest_begin(log(decaying(30.0)), [SIGMA]) - 1] < 0.2
+
+
+def test_two_links_rest_when_both_do():
+    begins = [rest_begin(log(*pair), [SIGMA] * len(pair))
+              for pair in ([decaying(14.0)], [decaying(14.0), decaying(17.0, 1)], [decaying(17.0, 1)])]  # fmt: skip
+    assert begins[0] < begins[1] == begins[2]
+
+
+def test_one_that_is_moved_once_more_rests_from_then_on():
+    angle = decaying(14.0)
+    angle[1800:1805] += 0.1
+    assert rest_begin(log(angle), [SIGMA]) == 1805
+
+
+def test_missing_readings_are_no_motion_and_a_channel_without_any_is_at_rest():
+    angle = decaying(14.0)
+    whole = rest_begin(log(angle), [SIGMA])
+    angle[1600:1700] = np.nan
+    assert rest_begin(log(angle), [SIGMA]) == whole
+    angle[1000:] = np.nan
+    assert rest_begin(log(angle), [SIGMA]) >= 990
+
+
+def test_a_log_that_moves_in_its_last_sample_does_not_rest():
+    angle = decaying(14.0)
+    angle[-1] += 0.5
+    assert rest_begin(log(angle), [SIGMA]) == len(T)
+
+
+def test_of_a_long_log_the_place_is_told_to_a_few_samples():
+    t = np.arange(0.0, 1500.0, 0.001)
+    angle = np.where(t < 1200.0, np.sin(3.0 * t), 0.0)[:, None]
+    begin = rest_begin(Log("long", t, np.zeros((len(t), 0)), angle, ("theta_1",)), [SIGMA])
+    assert abs(t[begin] - 1200.0) < 0.01
