@@ -6,6 +6,18 @@ from derive.effects.row import Effect, EffectParameter, SensorDelay, SensorMap
 from derive.lazy import sp
 from derive.plant_signature import GYRO
 
+
+def _error_within_a_turn(
+    reading: sp.Expr, zero: sp.Expr, sine: sp.Expr, cosine: sp.Expr, second_sine: sp.Expr, second_cosine: sp.Expr
+) -> sp.Expr:
+    """Reading of a sensor that takes an angle from two signals with offsets, unequal gains and a phase error.
+
+    To first order in these. Source: Heydemann, Applied Optics 20 (1981) 3382.
+    """
+    once = sine * sp.sin(reading) + cosine * sp.cos(reading)
+    return reading + zero + once + second_sine * sp.sin(2 * reading) + second_cosine * sp.cos(2 * reading)
+
+
 EFFECT_ROWS = (
     Effect(
         "encoder_eccentricity",
@@ -58,6 +70,25 @@ EFFECT_ROWS = (
         "software believes.",
         residual="next to none while the swing is small: then other values of X1, X2, ... give the same readings.",
         resembles="on small swings other values of X1, X2, ...; `tether_spring`.",
+        remarks=("Gravity shows it, from large angles.",),
+    ),
+    Effect(
+        "link_nonlinearity",
+        "sensor",
+        "The first link's angle sensor runs ahead and falls back within a turn.",
+        "measured θ1 = true + z + a sin θ1 + b cos θ1 + c sin 2θ1 + d cos 2θ1",
+        (
+            EffectParameter("zero", "rad", letter="z", scope="per log", minimum=-1.0, maximum=1.0, typical=0.01),
+            EffectParameter("sine", "rad", letter="a", minimum=-0.5, maximum=0.5, typical=0.02),
+            EffectParameter("cosine", "rad", letter="b", minimum=-0.5, maximum=0.5, typical=0.01),
+            EffectParameter("second_sine", "rad", letter="c", minimum=-0.25, maximum=0.25, typical=0.03),
+            EffectParameter("second_cosine", "rad", letter="d", minimum=-0.25, maximum=0.25, typical=0.01),
+        ),
+        SensorMap("theta_1", _error_within_a_turn),
+        means="A magnet that is off the axis of a magnetic encoder, or whose two fields it reads as unequal or not at "
+        "a right angle: errors of once and of twice a turn.",
+        residual="an error of the angle that is the same wherever the link passes, at any speed.",
+        resembles="on small swings `link_scale` and `encoder_zero`; `cogging` of one or two periods per turn.",
         remarks=("Gravity shows it, from large angles.",),
     ),
     Effect(

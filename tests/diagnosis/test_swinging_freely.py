@@ -16,7 +16,9 @@ MODEL = 'plant = "pendulum"\neffects = []\n'
 SHARPNESS_S = 1e3  # 1/(rad/s): of a dry friction that the integrator can follow
 
 
-def swinging_log(viscous: float = 0.0, dry: float = 0.0, quadratic: float = 0.0, scale: float = 0.0) -> Log:
+def swinging_log(
+    viscous: float = 0.0, dry: float = 0.0, quadratic: float = 0.0, scale: float = 0.0, begin: float = BEGIN_RAD
+) -> Log:
     """A pendulum let go from 63 degrees, by SciPy's integrator, with the scale and the white noise of the sensor."""
 
     def rates(_, state):
@@ -25,7 +27,7 @@ def swinging_log(viscous: float = 0.0, dry: float = 0.0, quadratic: float = 0.0,
         return speed, -(np.sin(angle) + drag) / INERTIA
 
     t = np.arange(0.0, SPAN_S, 1.0 / RATE_HZ)
-    swing = solve_ivp(rates, (0.0, SPAN_S), (BEGIN_RAD, 0.0), "LSODA", t, rtol=1e-9, atol=1e-9, max_step=0.02)
+    swing = solve_ivp(rates, (0.0, SPAN_S), (begin, 0.0), "LSODA", t, rtol=1e-9, atol=1e-9, max_step=0.02)
     seen = (1.0 + scale) * swing.y[0] + NOISE_RAD * np.random.default_rng(7).standard_normal(t.size)
     return Log("camera", t, np.zeros(t.size), seen[:, None], ("theta_1",), rates={})
 
@@ -89,6 +91,30 @@ def test_what_is_held_out_moves_though_the_pendulum_stands_still_for_most_of_its
     assert ladder.experiment.startswith("To tell encoder_zero") and not ladder.steps[0].equivalent_to
     told = [line for line in explanation_text(ladder) if "cannot tell it from" in line]
     assert len(told) == 1 and told[0].endswith(ladder.experiment)
+
+
+@pytest.fixture(scope="module")
+def magnetic():
+    """A wide swing that a magnetic encoder reads, its magnet off the axis: errors of once and twice a turn."""
+    log = swinging_log(viscous=0.006, begin=2.6)
+    angle = log.measured[:, 0]
+    seen = angle + 0.02 * np.sin(angle) - 0.01 * np.cos(angle) - 0.03 * np.sin(2.0 * angle) + 0.01
+    return Log("magnetic", log.t, np.zeros(log.t.size), seen[:, None], ("theta_1",), rates={})
+
+
+def test_a_magnetic_encoder_whose_magnet_is_off_the_axis_is_named_with_its_errors(magnetic):
+    ladder = explain(Model.parse(MODEL), [magnetic])
+    assert {step.effect for step in ladder.steps} == {"link_nonlinearity", "viscous_drive"}
+    sizes = {"zero": 0.01, "sine": 0.02, "cosine": -0.01, "second_sine": -0.03, "second_cosine": 0.0}
+    for name, size in sizes.items():
+        found = ladder.parameters[f"link_nonlinearity.{name}"]
+        assert found.value == pytest.approx(size, abs=max(4.0 * found.sigma, 1e-3)) and found.sigma < 0.003
+    assert ladder.parameters["viscous_drive.coefficient"].value == pytest.approx(0.006, rel=0.05)
+
+
+def test_of_an_encoder_whose_zero_alone_is_off_nothing_more_is_named():
+    ladder = explain(Model.parse(MODEL), [stopping_log(dry=0.01, zero=0.02)])
+    assert {step.effect for step in ladder.steps} == {"coulomb_drive", "encoder_zero"}
 
 
 @pytest.mark.slow

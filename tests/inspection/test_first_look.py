@@ -191,3 +191,18 @@ def test_a_gyro_by_its_name_is_a_sensor_however_smooth_its_numbers_are(tmp_path)
     }
     pl.DataFrame(columns).write_csv(tmp_path / "drive.csv")
     assert 'plant = "wheel_pendulum"' in first_look(tmp_path / "drive.csv").model
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+def test_a_pole_that_hangs_may_be_anywhere_and_one_that_balances_may_not(tmp_path, unit):
+    t = np.arange(0.0, 8.0, 0.01)
+    voltage, swing = 6.0 * (np.sin(1.7 * t) > 0.3), 0.4 * np.exp(-0.2 * t) * np.sin(5.0 * t)
+    place = 0.1 * np.cumsum(voltage - 2.0 * np.tanh(t)) * 0.01
+    scale = np.degrees(1.0) if unit == "deg" else 1.0
+    for name, upright in (("hanging", np.pi), ("balancing", 0.0)):
+        columns = {"t": t, "volt": voltage, "x": place, f"theta_{unit}": scale * (upright + swing)}
+        pl.DataFrame(columns).write_csv(tmp_path / f"{name}.csv")
+    found = {name: first_look(tmp_path / f"{name}.csv", "cart_pole") for name in ("hanging", "balancing")}
+    assert 'range = "any"' in found["hanging"].model and "range" not in found["balancing"].model
+    said = " ".join(found["hanging"].proposal.sentences)
+    assert f'theta_{unit} is beyond ±π/2 for most of the log: it hangs or swings up, hence range = "any"' in said

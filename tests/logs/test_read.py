@@ -75,7 +75,7 @@ def test_missing_cells_become_nan_and_are_counted(tmp_path, cell):
     cells[7][3] = cell
     log = load_log(write(tmp_path, cells))
     assert np.flatnonzero(np.isnan(log.measured[:, 1])).tolist() == [7]
-    assert log.warnings == ("theta_p is missing in 1 of 30 samples (3.3 %).",)
+    assert log.warnings == ("theta_p is missing in 1 of 30 samples (3.33 %).",)
 
 
 def test_further_columns_are_ignored_whatever_they_hold(tmp_path):
@@ -219,13 +219,17 @@ def test_a_pitch_in_degrees_a_fall_and_a_still_sensor_are_remarked_on(tmp_path):
     assert "from t = 0.27 s: the robot fell over" in fell and 'a swing-up, set range = "any" in [assumptions].' in fell
     late = [[*row[:3], str(0.06 * k if k > 28 else 0.1 * (k % 2)), row[4]] for k, row in enumerate(rows())]
     assert "swing-up" not in load_log(write(tmp_path, late)).warnings[0]  # it stood for nearly all of the log
+    hanging = [[*row[:3], str(3.1 + 0.01 * (k % 30)), row[4]] for k, row in enumerate(rows())]
+    (hung,) = load_log(write(tmp_path, hanging)).warnings  # all of it, and in rad though it goes beyond π
+    assert "Those samples (100 %) are left out" in hung and "degrees" not in hung
     assert load_log(write(tmp_path, still)).warnings == ("theta_w is 0.5 throughout: this sensor says nothing.",)
 
 
 UNITS = {
     "rad": 1.0, "deg": np.pi / 180, "rev": 2 * np.pi, "rad/s": 1.0, "deg/s": np.pi / 180, "rev/s": 2 * np.pi,
-    "rpm": np.pi / 30, "m": 1.0, "mm": 1e-3, "um": 1e-6, "m/s": 1.0, "mm/s": 1e-3, "s": 1.0, "ms": 1e-3, "us": 1e-6,
-    "ns": 1e-9, "V": 1.0, "mV": 1e-3, "A": 1.0, "mA": 1e-3, "N m": 1.0, "mN m": 1e-3, "N": 1.0, "kN": 1e3,
+    "rpm": np.pi / 30, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3,
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
+    "V": 1.0, "mV": 1e-3, "A": 1.0, "mA": 1e-3, "N m": 1.0, "mN m": 1e-3, "N": 1.0, "kN": 1e3,
 }  # fmt: skip
 
 

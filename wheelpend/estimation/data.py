@@ -30,6 +30,7 @@ from wheelpend.model.record import Model
 
 EVENT_MARGIN_HORIZON_SHARE = 0.05  # of the horizon: an event so near to a segment may have happened in it
 COUPLED_SEGMENTS_PER_RUN = 10  # short segments taken in a row where the model couples each to the one before
+MIN_MOVING_HORIZONS = 3.0  # of motion, for two to be fitted to and one to be held out
 MAX_STILL_SHARE = 0.5  # of a log's last third: where the machine stands still for more of it, more is held out
 INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motion
 
@@ -95,7 +96,7 @@ def prepare(
     warnings = tuple(w for log, own in read for w in (*_warnings_of(log), *(f"{log.name}: {r}" for r in own.remarks)))
     if not keep_all:
         warnings += tuple(
-            w for log, own in zip(loaded, noise, strict=True) for w in _stillness_warnings(log, own, words)
+            w for log, own in zip(loaded, noise, strict=False) for w in _stillness_warnings(log, own, horizon, words)
         )
     problem = EstimationProblem(
         model, module, split, noise, horizon, INITIAL_MAX_STEP_S, warnings, without=tuple(without)
@@ -167,22 +168,24 @@ def _split_logs(
     """Estimation segments of logs and, unless all are for that, validation segments from the last third of each."""
     estimation, validation = [], []
     for number, (log, own) in enumerate(zip(logs, noise, strict=False)):
-        split = len(log) if keep_all else held_out_begin(log, own)
+        split = len(log) if keep_all else held_out_begin(log, own, horizon)
         estimation.append(_segments_of_log(log, own, horizon, 0, split, words))
         if split < len(log):
             validation.append(ValidationData(_segments_of_log(log, own, horizon, split, len(log), words), number, None))
     return DataSplit(tuple(estimation), tuple(validation))
 
 
-def held_out_begin(log: Log, noise: Noise) -> int:
+def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
     """The first sample that is held out: two thirds of a log, or of what moves where it stands still for the rest.
 
-    A machine at rest follows hardly any law, and tells none from another.
+    A machine at rest follows hardly any law, and tells none from another. What moves for less than three times the
+    horizon [s] is not divided.
     """
     third = _last_third(log)
     rest = rest_begin(log, noise.sigma)
     stands_still = len(log) - rest > MAX_STILL_SHARE * (len(log) - third)
-    return min(rest * 2 // 3, third) if stands_still else third
+    moves = log.t[min(rest, len(log) - 1)] - log.t[0] >= MIN_MOVING_HORIZONS * horizon
+    return min(rest * 2 // 3, third) if stands_still and moves else third
 
 
 def _last_third(log: Log) -> int:
@@ -190,9 +193,9 @@ def _last_third(log: Log) -> int:
     return len(log) * 2 // 3
 
 
-def _stillness_warnings(log: Log, noise: Noise, words: PlantWords) -> list[str]:
+def _stillness_warnings(log: Log, noise: Noise, horizon: float, words: PlantWords) -> list[str]:
     """A warning where more than the last third of a log is held out."""
-    begin = held_out_begin(log, noise)
+    begin = held_out_begin(log, noise, horizon)
     if begin >= _last_third(log):
         return []
     return [f"{log.name}: the {words.machine} stands still for most of the last third, which tells no law from "

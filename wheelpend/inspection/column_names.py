@@ -22,8 +22,8 @@ INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V
 KIND_OF_UNIT = {"rad": "position", "m": "position", "rad/s": "rate", "m/s": "rate",
                 "V": "input", "A": "input", "N m": "input", "N": "input"}  # fmt: skip
 SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s"), "rad/s": ("rps", "rad_s", "rad_per_s"), "m/s": ("m_s", "m_per_s"),
-             "mm/s": ("mm_s", "mm_per_s"), "rev": ("turns", "rev"), "deg": ("degrees", "deg"),
-             "ms": ("millis",), "us": ("micros",)}  # fmt: skip
+             "cm/s": ("cm_s", "cm_per_s"), "mm/s": ("mm_s", "mm_per_s"), "rev": ("turns", "rev"),
+             "deg": ("degrees", "deg"), "ms": ("millis",), "us": ("micros",)}  # fmt: skip
 
 
 def contains(name: str, words: Sequence[str]) -> bool:

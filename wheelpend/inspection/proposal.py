@@ -7,6 +7,8 @@ import tomllib
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.angle_unit import is_in_degrees
@@ -17,7 +19,7 @@ from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted,
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import FileColumn, Survey
-from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
 
 UNNAMED_COLUMN = "?"  # stands for a column that its user must name
 COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
@@ -54,16 +56,35 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     guesses = guess_units(survey, best.table, best.columns, unit, untold)
     maps = column_maps(best, survey, unit) | {n: g.column for n, g in guesses.items()}
     reasons = surplus_reasons(survey, best) | {n: g.reason for n, g in guesses.items()}
+    beyond = is_beyond_its_range(survey, best, maps)
+    if beyond:
+        best = best._replace(assumptions={**best.assumptions, "range": "any"})
     sentences = [
         plants_sentence(found or [best]),
         *role_sentences(survey, best),
         *offset_sentence(best, maps, gravity, offset),
     ]
+    if beyond:
+        column = best.columns[best.table.range_channel]
+        sentences.append(f'{column} is beyond ±π/2 for most of the log: it hangs or swings up, hence range = "any".')
     sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
     offsets = {places_of(best.table)[0]: offset} if offset else {}
     maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
     text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})
     return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found or [best])), reasons, missing)
+
+
+def is_beyond_its_range(survey: Survey, best: Candidate, maps: Mapping[str, ColumnMap]) -> bool:
+    """True of a machine that begins beyond its range and is there for most of the log, where the plant allows that."""
+    name = best.table.range_channel
+    column = best.columns.get(name, "")
+    if not best.table.words.anywhere or column not in survey.values:
+        return False
+    entry = maps.get(name, ColumnMap(column))
+    _, unit = UNIT_CONVERSIONS["rad" if stated_unit(column) else entry.unit or "rad"]  # a stated one is read already
+    known = survey.values[column][np.isfinite(survey.values[column])]
+    beyond = np.abs(known * entry.scale * unit) > math.pi / 2
+    return bool(beyond.size and beyond[0] and 2 * np.count_nonzero(beyond) > len(beyond))
 
 
 def surplus_reasons(survey: Survey, best: Candidate) -> dict[str, str]:

@@ -186,7 +186,7 @@ def range_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSou
     angle = np.abs(log.measured[:, log.channels.index(name)])
     outside = np.flatnonzero(angle > math.pi / 2)
     found = []
-    if np.nanmax(angle) > 3.2:
+    if np.nanmax(angle) > 3.2 and np.nanmin(angle) < math.pi / 2:  # else it hangs, or the log would begin on the floor
         found.append(
             f"{name} reaches {np.nanmax(angle):.3g} rad and looks like degrees; if it is, map it in model.toml: "
             f'{name} = {{ column = "{sources[name].column}", unit = "deg" }}.'
@@ -197,7 +197,7 @@ def range_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSou
         found.append(
             f"{name} is beyond ±π/2 from t = {log.t[outside[0]]:.6g} s: the {table.words.machine} "
             f"{table.words.left}. "
-            f"Those samples ({share:.2g} %) are left out."
+            f"Those samples ({share:.3g} %) are left out."
             + (f" If it was meant to go there, as in a swing-up, {table.words.anywhere}." if meant else "")
         )
     return found
@@ -210,7 +210,7 @@ def channel_warnings(log: Log) -> list[str]:
         missing = int(np.isnan(values).sum())
         if missing:
             share = 100 * missing / len(values)
-            found.append(f"{name} is missing in {missing} of {len(values)} samples ({share:.2g} %).")
+            found.append(f"{name} is missing in {missing} of {len(values)} samples ({share:.3g} %).")
         if np.nanmin(values) == np.nanmax(values):
             found.append(f"{name} is {np.nanmin(values):g} throughout: this sensor says nothing.")
     return found
