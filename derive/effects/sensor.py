@@ -78,7 +78,7 @@ EFFECT_ROWS = (
         "The first link's angle sensor runs ahead and falls back within a turn.",
         "measured θ1 = true + z + a sin θ1 + b cos θ1 + c sin 2θ1 + d cos 2θ1",
         (
-            EffectParameter("zero", "rad", letter="z", scope="per log", minimum=-1.0, maximum=1.0, typical=0.01),
+            EffectParameter("zero", "rad", letter="z", minimum=-1.0, maximum=1.0, typical=0.01),
             EffectParameter("sine", "rad", letter="a", minimum=-0.5, maximum=0.5, typical=0.02),
             EffectParameter("cosine", "rad", letter="b", minimum=-0.5, maximum=0.5, typical=0.01),
             EffectParameter("second_sine", "rad", letter="c", minimum=-0.25, maximum=0.25, typical=0.03),

@@ -112,11 +112,6 @@ def test_a_magnetic_encoder_whose_magnet_is_off_the_axis_is_named_with_its_error
     assert ladder.parameters["viscous_drive.coefficient"].value == pytest.approx(0.006, rel=0.05)
 
 
-def test_of_an_encoder_whose_zero_alone_is_off_nothing_more_is_named():
-    ladder = explain(Model.parse(MODEL), [stopping_log(dry=0.01, zero=0.02)])
-    assert {step.effect for step in ladder.steps} == {"coulomb_drive", "encoder_zero"}
-
-
 @pytest.mark.slow
 def test_dry_friction_and_drag_are_named_though_viscous_friction_alone_resembles_both():
     found = diagnosed(dry=0.004, quadratic=0.0004)
