@@ -7,6 +7,7 @@ import derive
 from tests.support import simulated
 from wheelpend import Model, add
 from wheelpend.benchmarks.hidden_effects.cases import benchmark_plant
+from wheelpend.diagnosis.score_test import linear_names
 from wheelpend.errors import Failure
 from wheelpend.kernels import load as kernels
 from wheelpend.simulation.hidden import machine_values
@@ -101,3 +102,17 @@ def test_every_relation_is_the_same_whatever_the_order_of_the_effects():
 def test_the_library_of_another_assumption_has_relations_of_its_own():
     assert set(kernels.library_module("wheel_pendulum", {"ground_friction_reaction": "none"}).ABSORBED) == {
         "viscous_drive.coefficient", "ground_viscous.coefficient"}  # fmt: skip
+
+
+def test_what_contains_another_effect_has_one_size_for_all_logs():
+    """What it adds to the other one is tested on sizes that all logs share."""
+    links = kernels.library_module("pendulum", {}, ())
+    assert set(links.CONTAINS["link_nonlinearity"]) == {"encoder_zero"}
+    for module in (
+        kernels.library_module("wheel_pendulum", {}, ()),
+        kernels.library_module("cart_pole", {}, ()),
+        links,
+    ):
+        for name in module.CONTAINS:
+            row = derive.effects.find(name)
+            assert {p.scope for p in row.parameters if row.name_of(p) in linear_names(row)} == {"shared"}, name

@@ -1,4 +1,4 @@
-"""Faults that the equations of motion show on any machine with one input: flipped signs, and a shifted input.
+"""Faults that the equations of motion show on any machine: flipped signs, a shifted input, what an encoder is against.
 
 The equations with unknown parameters, at smoothed signals: what a machine has positive must come out so. Each machine's
 own parameters are fitted with a constant force and friction beside them; the wrong sign of a channel leaves more of
@@ -22,6 +22,7 @@ from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 MAX_UNEXPLAINED_SHARE = 0.3  # share of the input's power; with more left nothing is concluded from the equations
+MIN_ENCODER_SAMPLES = 200  # that tell what a second link's angle is measured against, by tenfold misfits
 MIN_FLIP_GAIN = 2.0  # times less of the input that is left where signs are turned round
 SAME_SHARE_TOLERANCE = 1e-6  # relative difference of shares that is rounding, which differs from processor to processor
 MIN_FRICTION_SHARE = 0.9  # of an input's power that the sign of a rate explains, from which on it is like dry friction
@@ -58,6 +59,38 @@ def find_input_faults(
     if late.share < MAX_UNEXPLAINED_SHARE and late.is_significant(MIN_SHIFT_GAIN) and not physical:
         findings.append(input_shift_finding(signals.input, late.samples, signals.dt))
     return findings
+
+
+def find_second_encoder_fault(
+    log: Log, module: KernelModule, declared: str, corrections: LogCorrections
+) -> list[Finding]:
+    """A second link's angle that is measured against the other thing than declared: the vertical, or the first link.
+
+    None where the equations do not explain the log, nor with a motor, whose input is most of what they say.
+    """
+    first, second = module.OUTPUTS[:2]
+    signals = None if module.INPUTS else uniform_signals(log, "", in_range=True, least=MIN_ENCODER_SAMPLES)
+    if signals is None:
+        return []
+    turn = -1.0 if declared == "relative" else 1.0
+    angles = signals.channels[second] + turn * signals.channels[first]
+    as_is, other = (
+        gravity_misfit(s, module) for s in (signals, signals._replace(channels={**signals.channels, second: angles}))
+    )
+    if other > MAX_UNEXPLAINED_SHARE or as_is < MIN_FLIP_GAIN * other:
+        return []
+    corrections.second_encoder, against = ("absolute", "the vertical") if turn < 0.0 else ("relative", "the first link")
+    sentence = (f"{second} is measured against {against}, not as the model says: the equations then leave "
+                f"{as_is / other:.2g} times less.")  # fmt: skip
+    cure = f'Set second_encoder = "{corrections.second_encoder}" in [assumptions].'
+    return [Finding(f"{corrections.second_encoder}_second_encoder", second, sentence, cure, None)]
+
+
+def gravity_misfit(signals: Signals, module: KernelModule) -> float:
+    """Share of what gravity does to a machine without input that the equations with unknown parameters leave."""
+    system = input_regression(signals, module)
+    rest, power = positive_least_squares(system)(system.known)
+    return float(np.sum(rest**2)) / (power + 1e-300)
 
 
 def friction_like_coordinate(signals: Signals, module: KernelModule) -> str:
@@ -161,15 +194,21 @@ def soft_sign(speed: np.ndarray) -> np.ndarray:
 
 def input_residual(system: InputRegression, signals: Signals) -> Callable[[int], tuple[np.ndarray, float]]:
     """Residual and total power of the input, shifted by some samples, in least squares with positive coefficients."""
+    fitted = positive_least_squares(system)
+    voltage, rows = signals.smooth(signals.input), signals.rows
+    return lambda k: fitted(system.share * voltage[rows + k, None] + system.known)
+
+
+def positive_least_squares(system: InputRegression) -> Callable[[np.ndarray], tuple[np.ndarray, float]]:
+    """Residual and total power of a target (samples, rows) in least squares with positive coefficients."""
     from scipy.optimize import nnls  # imported late: it is slow to load
 
     matrix = system.matrix / (np.linalg.norm(system.matrix, axis=0) + 1e-300)
     q, r = np.linalg.qr(matrix)
     both = np.column_stack((r, -r[:, system.positive :]))
-    voltage, rows = signals.smooth(signals.input), signals.rows
 
-    def residual(k: int) -> tuple[np.ndarray, float]:
-        target = (system.share * voltage[rows + k, None] + system.known).ravel()
+    def residual(sought: np.ndarray) -> tuple[np.ndarray, float]:
+        target = sought.ravel()
         x = nnls(both, q.T @ target)[0]
         x[system.positive : matrix.shape[1]] -= x[matrix.shape[1] :]
         return target - matrix @ x[: matrix.shape[1]], float(np.sum((target - target.mean()) ** 2))

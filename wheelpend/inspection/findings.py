@@ -20,11 +20,12 @@ CURING_KEYS = {  # of an entry of [columns], by the kind of finding that they cu
     "swapped_channels": COLUMN_KEYS,
 }
 ENCODER_KINDS = {"relative_encoder": "relative", "absolute_encoder": "absolute"}
+SECOND_ENCODER_KINDS = {"relative_second_encoder": "relative", "absolute_second_encoder": "absolute"}
 
 
 @dataclass
 class LogCorrections:
-    """Corrections that would cure a log: column, unit and sign of each quantity, and the encoder's reference."""
+    """Corrections that would cure a log: column, unit and sign of each quantity, and the encoders' reference."""
 
     known: Mapping[str, ColumnMap]  # with which the log was read
     table: ColumnTable = DEFAULT_TABLE  # of the plant
@@ -34,10 +35,11 @@ class LogCorrections:
     sign: dict[str, int] = field(default_factory=dict)
     scale: dict[str, float] = field(default_factory=dict)  # by which a column is multiplied beside how it was read
     encoder: str = ""  # absolute or relative, where the declared one is wrong
+    second_encoder: str = ""  # likewise of a second link's
     rate_delay_samples: float = 0.0  # samples by which a rate lags its angle; no line of a model file cures that
 
     def text(self) -> str:
-        """Sections [columns] and [sensors] of a model.toml; empty when there is nothing to cure."""
+        """Sections of a model.toml that cure a log; empty when there is nothing to cure."""
         corrected = {
             *self.guessed,
             *self.source,
@@ -49,6 +51,8 @@ class LogCorrections:
         lines = ["[columns]", *(f"{name} = {self.column(name)}" for name in names)] if names else []
         lines += [""] * bool(lines and self.encoder)
         lines += ["[sensors]", f'encoder = "{self.encoder}"'] if self.encoder else []
+        if self.second_encoder:
+            lines += [*([""] if lines else []), "[assumptions]", f'second_encoder = "{self.second_encoder}"']
         unit = self.other_input_unit
         lines += [*([""] if lines else []), "[input]", f'unit = "{unit}"'] if unit else []
         return "".join(f"{line}\n" for line in lines)
@@ -96,6 +100,8 @@ class LogCorrections:
         """What cures a finding; empty where that is not for the model file to say."""
         if finding.kind in ENCODER_KINDS:
             return {"sensors.encoder": ENCODER_KINDS[finding.kind]} if self.encoder else {}
+        if finding.kind in SECOND_ENCODER_KINDS:
+            return {"assumptions.second_encoder": SECOND_ENCODER_KINDS[finding.kind]}
         keys = CURING_KEYS.get(finding.kind, ())
         names = [n for n in finding.channel.split(" and ") if n in self.table.names]
         found = [self.column_settings(n, keys) for n in names] if keys else []

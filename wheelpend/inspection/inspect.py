@@ -71,13 +71,14 @@ def inspect_log(
     guessed: Collection[str] = (),
     table: ColumnTable = DEFAULT_TABLE,
     module: KernelModule | None = None,
+    second_encoder: str = "",
 ) -> Inspection:
     """Inspect a log before a model is fitted to it.
 
     ``relative`` says that theta_w is measured against the body; ``columns`` are those with which the log was read, for
     the proposal, ``guessed`` those of them that nobody stated, ``table`` the plant's. Nothing is concluded on signs,
     units and clocks from a log that moves too little. ``module`` are the kernels of the bare plant, for what only the
-    equations of motion show.
+    equations of motion show; ``second_encoder`` is what the angle of a second link is measured against by them.
     """
     log = cured(log, table)
     outliers = outliers_of(log, table)
@@ -98,7 +99,7 @@ def inspect_log(
         *standstill_findings(log, constant_signal_times(log, noise, table), table),
     ]
     if set(table.channels) <= set(log.channels):
-        findings += find_faults(log, relative, corrections, module)
+        findings += find_faults(log, relative, corrections, module, second_encoder)
     unit_told = {f.channel for f in findings if f.kind in ("counts", "wrong_unit")}
     findings += [f for f in find_counts(log, corrections) if f.channel not in unit_told]
     findings = with_consistent_signs(findings, corrections)
@@ -126,6 +127,7 @@ def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] |
         guessed=tuple(guessed or ()),
         table=model.table,
         module=bare_module(model),
+        second_encoder=model.assumptions["second_encoder"] if model.assumptions.get("links") == 2 else "",
     )
 
 

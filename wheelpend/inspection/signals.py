@@ -68,8 +68,10 @@ class TimeShift(NamedTuple):
         return inside and abs(self.samples) > 5 * self.sigma and self.gain > gain
 
 
-def uniform_signals(log: Log, input: str, *, in_range: bool, all_needed: bool = True) -> Signals | None:
-    """The log's longest gapless stretch on a uniform grid, at most MAX_ANALYSED_SAMPLES; None where it is too short.
+def uniform_signals(
+    log: Log, input: str, *, in_range: bool, all_needed: bool = True, least: int = MIN_ANALYSED_SAMPLES
+) -> Signals | None:
+    """The log's longest gapless stretch on a uniform grid, at most MAX_ANALYSED_SAMPLES; None of less than ``least``.
 
     ``in_range`` leaves out samples beyond the plant's range; ``input`` is the column of its only input, if any.
     A channel that is read too seldom is left out, or leaves nothing to analyse where ``all_needed``.
@@ -78,7 +80,7 @@ def uniform_signals(log: Log, input: str, *, in_range: bool, all_needed: bool = 
     first, last = max(runs, key=lambda r: r[1] - r[0], default=(0, 0))
     spare = max(last - first - MAX_ANALYSED_SAMPLES, 0) // 2
     first, last = first + spare, last - spare
-    if last - first < MIN_ANALYSED_SAMPLES:
+    if last - first < least:
         return None
     t, dt = log.t[first:last], log.dt
     grid = np.arange(t[0] + dt, t[-1] - dt, dt)

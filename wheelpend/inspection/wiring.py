@@ -7,7 +7,7 @@ from functools import partial
 
 from wheelpend.inspection import wheels_and_body
 from wheelpend.inspection.clocks import rate_shift_findings
-from wheelpend.inspection.equations import find_input_faults
+from wheelpend.inspection.equations import find_input_faults, find_second_encoder_fault
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.kinematics import RatePair, find_range_in_degrees, find_rate_faults, find_wrapped_angles
 from wheelpend.kernels.kernel_module import KernelModule
@@ -17,11 +17,14 @@ Check = Callable[[Log, bool, LogCorrections], list[Finding]]
 PLANT_CHECKS: dict[str, Check] = {"wheels_and_body": wheels_and_body.find_faults}  # by the name in a plant file
 
 
-def find_faults(log: Log, relative: bool, corrections: LogCorrections, module: KernelModule | None) -> list[Finding]:
+def find_faults(
+    log: Log, relative: bool, corrections: LogCorrections, module: KernelModule | None, second_encoder: str = ""
+) -> list[Finding]:
     """Faults of wiring, units, signs and clocks; each is cured in a copy before the next is looked for.
 
     ``relative`` says that an encoder is read against the body; ``module`` are the kernels of the bare plant, without
-    which nothing is concluded from the equations of motion.
+    which nothing is concluded from the equations of motion; ``second_encoder`` says against what the angle of a second
+    link is measured, "relative" or "absolute", where there is one.
     """
     if check := PLANT_CHECKS.get(corrections.table.wiring_check):
         return check(log, relative, corrections)
@@ -36,4 +39,8 @@ def find_faults(log: Log, relative: bool, corrections: LogCorrections, module: K
         findings += found
     if corrections.rate_delay_samples and pairs:
         findings += rate_shift_findings(pairs[-1].rate, pairs[-1].angle, corrections.rate_delay_samples, log.dt)
-    return findings + (find_input_faults(log, module, pairs, corrections) if module is not None else [])
+    if module is None:
+        return findings
+    if second_encoder:
+        findings += find_second_encoder_fault(log, module, second_encoder, corrections)
+    return findings + find_input_faults(log, module, pairs, corrections)
