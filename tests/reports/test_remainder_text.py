@@ -1,5 +1,7 @@
 """What is left to chance, in words."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError
 from wheelpend.identification.widening import Widening
 from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences, widening_sentences
-from wheelpend.reports.text.verdict import repeating_text
+from wheelpend.reports.text.verdict import closing_sentence, repeating_text, verdict_beside_force_text
 
 MODEL = Model.default()
 
@@ -116,3 +118,17 @@ SLOW, RINGING = SlowSource("dtheta_p", False, 5.0, 14.8, 1e-5), Resonance("theta
 )  # fmt: skip
 def test_the_likeliest_of_what_is_no_chance_is_told(left, text):
     assert repeating_text(left, MODEL.plant_signature) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "at_bound", "slow"),
+    [(0.07, True, True), (0.07, False, False), (0.0005, True, False), (None, True, False)],
+)
+def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_bound, slow):
+    left = Remainder({} if share is None else {"wheel": force(share=share, at_bound=at_bound)})
+    last = SimpleNamespace(by_likelihood=True, named=(), remainder=left)
+    said = closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing"))
+    assert ("so slow that these logs do not tell chance from a law" in said) == slow
+    assert ("no law of these signals predicts it" in said) != slow
+    found = SimpleNamespace(error=29.6, noise_floor=1.0, verdict="nothing_missing", remainder=left)
+    assert ("so slow that" in verdict_beside_force_text(found)) == slow

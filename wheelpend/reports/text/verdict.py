@@ -18,6 +18,7 @@ from wheelpend.reports.numbers import (
     time_text,
 )
 from wheelpend.reports.text.effect_sizes import effect_size_text, rms_input, step_size_text
+from wheelpend.reports.text.remainder import NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from derive.plant_signature import PlantSignature, PortSpec
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
 CHANCE_SENTENCE = "what remains is left to chance: no law of these signals predicts it."
+SLOW_CHANCE_SENTENCE = "what remains is so slow that these logs do not tell chance from a law: record a longer one."
 MOSTLY_CHANCE_SENTENCE = (
     "The random force that is left has half the weight of all that is modelled, or more. No law of these signals is "
     "certain to predict it; on so short or so odd a log that says little."
@@ -63,7 +65,7 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
     error, floor = prediction_error_text(result.error), digits_text(result.noise_floor)
     if result.verdict == "nothing_missing":
         return (f"Nothing that repeats is missing: the error is {error} (noise floor {floor}), no effect of the "
-                f"library is worth naming, and {CHANCE_SENTENCE}")  # fmt: skip
+                f"library is worth naming, and {chance_sentence(result.remainder)}")  # fmt: skip
     if not has_repeating(result.remainder):
         return (f"Most of the motion is left to chance (error {error}, noise floor {floor}): no effect of the library "
                 f"accounts for it. {MOSTLY_CHANCE_SENTENCE}")  # fmt: skip
@@ -122,11 +124,18 @@ def closing_sentence(result: Ladder) -> str:
     """What a ladder ends with, in a sentence or two."""
     if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
         if result.verdict == "nothing_missing":
-            return f"Nothing more that repeats is missing; {CHANCE_SENTENCE}"
+            return f"Nothing more that repeats is missing; {chance_sentence(result.last.remainder)}"
         left = result.last.remainder
         rest = repeating_text(left, result.problem.plant) if has_repeating(left) else MOSTLY_CHANCE_SENTENCE
         return f"{CLOSING_SENTENCES[result.verdict]} {rest}".strip()
     return CLOSING_SENTENCES[result.verdict]
+
+
+def chance_sentence(left: Remainder | None) -> str:
+    """What is left to chance, to follow another sentence: it may be as slow as a law on so short a log."""
+    strongest = left.strongest if left is not None else None
+    slow = strongest is not None and strongest.at_bound and strongest.share_of_drive >= NEGLIGIBLE_SHARE
+    return SLOW_CHANCE_SENTENCE if slow else CHANCE_SENTENCE
 
 
 def partial_explanation_text(result: Diagnosis) -> str:
