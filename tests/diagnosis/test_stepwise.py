@@ -171,7 +171,7 @@ def test_a_pair_is_sought_behind_backlash_that_explains_a_part_and_once_more_wit
     monkeypatch.setattr(stepwise, "with_partner", lambda found, progress: seen.append(found) or pair[0])
     monkeypatch.setattr(stepwise, "next_round", lambda found, progress: pair[pair.index(found) + 1])
     monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: next(needless))
-    monkeypatch.setattr(stepwise, "best_result", lambda rounds: (1.0, None, None))
+    monkeypatch.setattr(stepwise, "best_result", lambda rounds: stepwise.Result(1.0, None, None))
     monkeypatch.setattr(stepwise, "_with_what_shows_later", lambda rounds, *rest: rounds)
     problem = Problem(redundant_effects=())
     assert stepwise.stepwise(problem, {}, lambda rounds: False) == pair
@@ -197,7 +197,7 @@ def test_where_sensor_noise_hides_what_lasts_likelihood_judges_it(reached, likel
     monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: None)
     monkeypatch.setattr(stepwise, "leaves_a_force", lambda *rest: likely is not None)
     fitted = SimpleNamespace(of_log=lambda number: {})
-    monkeypatch.setattr(stepwise, "best_result", lambda r: (error if r is likely else 1.0, None, fitted))
+    monkeypatch.setattr(stepwise, "best_result", lambda r: stepwise.Result(error if r is likely else 1.0, None, fitted))
     asked = []
 
     def by_likelihood(problem, *rest):
@@ -218,7 +218,9 @@ def test_where_no_filter_can_follow_the_model_the_answer_of_the_horizon_stands_w
     class Last:
         warnings: tuple[str, ...] = ("first",)
 
-    monkeypatch.setattr(stepwise, "best_result", lambda rounds: (1.0, None, SimpleNamespace(of_log=lambda number: {})))
+    monkeypatch.setattr(
+        stepwise, "best_result", lambda rounds: stepwise.Result(1.0, None, SimpleNamespace(of_log=lambda number: {}))
+    )
     monkeypatch.setattr(stepwise, "leaves_a_force", fails)
     one, last = stepwise._with_what_shows_later(["one", Last()], None, {}, lambda rounds: False, lambda text: None)
     assert one == "one" and last.warnings[0] == "first"
@@ -244,3 +246,20 @@ def test_behind_sensor_noise_what_moves_inside_is_said_to_be_judged_over_the_hor
     assert "slosh" in [e.name for e in moving]
     assert {e.name for e in begun[0].candidates()} - {e.name for e in lasting.candidates()} == {e.name for e in moving}
     assert all("over the horizon" in lasting.why_not_testable(e) for e in moving)
+
+
+def fitted_with(begun, *effects):
+    problem = begun[0].with_effects(effects)
+    fitted = fit_model(problem, begun[1], free_names(problem, effects))
+    return stepwise.Result(validation_residuals(problem, fitted)[0], problem, fitted)
+
+
+def test_a_simpler_result_is_as_good_where_data_do_not_tell_and_none_that_misses_what_repeats_is(begun):
+    whole, part = fitted_with(begun, "coulomb_drive", "slope"), fitted_with(begun, "coulomb_drive")
+    larger = fitted_with(begun, "coulomb_drive", "slope", "air_drag")
+    assert part.error > 1.01 * whole.error and not stepwise.is_as_good(part, whole)
+    slightly_worse = whole._replace(error=1.008 * larger.error)  # beyond a step, and within what is told apart
+    assert stepwise.is_as_good(slightly_worse, larger)
+    assert not stepwise.is_as_good(whole._replace(error=1.02 * larger.error), larger)
+    assert not stepwise.is_as_good(larger._replace(error=1.008 * whole.error), whole)  # it is not simpler
+    assert not stepwise.is_as_good(part._replace(error=1.008 * whole.error), whole)  # data tell

@@ -112,6 +112,13 @@ def test_a_magnetic_encoder_whose_magnet_is_off_the_axis_is_named_with_its_error
     assert ladder.parameters["viscous_drive.coefficient"].value == pytest.approx(0.006, rel=0.05)
 
 
+def test_a_zero_takes_the_place_of_a_ripple_that_was_worth_naming_before_friction_was_there():
+    ladder = explain(Model.parse(MODEL), [stopping_log(dry=0.01, zero=0.02)])
+    assert [step.effect for step in ladder.steps] == ["encoder_zero", "coulomb_drive"]
+    assert ladder.parameters["encoder_zero.bias"].value == pytest.approx(0.02, abs=0.001)
+    assert ladder.parameters["coulomb_drive.torque"].value == pytest.approx(0.01, rel=0.06)
+
+
 @pytest.mark.slow
 def test_dry_friction_and_drag_are_named_though_viscous_friction_alone_resembles_both():
     found = diagnosed(dry=0.004, quadratic=0.0004)

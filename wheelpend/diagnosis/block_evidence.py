@@ -39,6 +39,14 @@ def gain_statistic(gains: np.ndarray) -> float:
     return mean / error if error > 0.0 else math.copysign(math.inf, mean) if mean else 0.0
 
 
+def is_clear_lead(lead: np.ndarray, *, scatters: bool) -> bool:
+    """True of a lead in log-likelihood (blocks,) [nats], the price of freedom counted, that settles a choice.
+
+    Where it ``scatters`` between blocks by more than noise does it must be clear of that scatter too.
+    """
+    return bool(lead.sum() > 0.0) and (not scatters or gain_statistic(lead) >= MIN_CLEAR_STATISTIC)
+
+
 def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:
     """P-value of validation residuals of each log (N, channels) [σ] being no more than noise of the error ``floor``.
 

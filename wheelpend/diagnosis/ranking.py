@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import derive
-from wheelpend.diagnosis.block_evidence import MIN_CLEAR_STATISTIC, gain_statistic
+from wheelpend.diagnosis.block_evidence import is_clear_lead
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE, MAX_EVALUATED_COST_RATIO
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.estimation.criteria import (
@@ -53,14 +53,10 @@ def rank_candidates(problem: EstimationProblem, candidates: Iterable[CandidateFi
 
 
 def _is_as_likely(one: CandidateFit, best: CandidateFit, *, scatters: bool) -> bool:
-    """True of an effect with as much evidence as the best, the price of their freedom counted.
-
-    Or with not clearly less where it ``scatters`` between blocks by more than noise does.
-    """
+    """True of an effect with as much evidence as the best, or not clearly less."""
     if one.evidence is None or best.evidence is None or len(one.evidence) != len(best.evidence):
         return False
-    lead = best.evidence - one.evidence
-    return bool(lead.sum() <= 0.0) or (scatters and gain_statistic(lead) < MIN_CLEAR_STATISTIC)
+    return not is_clear_lead(best.evidence - one.evidence, scatters=scatters)
 
 
 def nested_effects(problem: EstimationProblem, effect: str) -> list[str]:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from wheelpend.diagnosis.alternatives import with_backlash
+from wheelpend.diagnosis.block_evidence import evidence_in_blocks, is_clear_lead
 from wheelpend.diagnosis.criteria import (
     MAX_ADDED_EFFECTS,
     MAX_BACKWARD_STEPS,
+    MAX_EQUIVALENT_ERROR_DIFFERENCE,
     MIDDLE_HORIZON_SHARE,
     MIN_RELATIVE_ERROR_DECREASE,
 )
+from wheelpend.diagnosis.evidence import ValidatedFit
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.search import leaves_a_force, likely_model, rounds_by_likelihood, rounds_from
 from wheelpend.diagnosis.outside_force import is_far_calmer, without_outside_forces
@@ -30,6 +34,7 @@ from wheelpend.diagnosis.verdict import (
 )
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, values_of_model_effects
@@ -164,7 +169,7 @@ def _without_redundant(
         first = first_round(problem, start, progress)
         first = with_partner(first, progress) if is_paired and _explains_nothing(first) else first
         other = forward_pass(first, is_done, progress)
-        if not (best_result(other)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * best_result(rounds)[0]):
+        if not is_as_good(best_result(other), best_result(rounds)):
             break
         rounds = other
     return rounds, problem
@@ -225,44 +230,87 @@ def forward_pass(first: Diagnosis, is_done: Callable[[Rounds], bool], progress: 
     return rounds
 
 
-def best_result(rounds: Rounds) -> tuple[float, EstimationProblem, Fit]:
+class Result(NamedTuple):
+    """What a search came to."""
+
+    error: float  # on validation data [σ]
+    problem: EstimationProblem  # of the model with all that was added
+    fit: Fit
+
+
+def best_result(rounds: Rounds) -> Result:
     """The lowest validation error of some rounds, with the problem and the fit that have it."""
     last = rounds[-1]
     if not last.named:
-        return last.error, last.problem, last.fit
+        return Result(last.error, last.problem, last.fit)
     best = last.named[0]
-    return best.error_after, last.problem.with_effects(extended_effects(last.problem.model, best.effect)), best.fit
+    larger = last.problem.with_effects(extended_effects(last.problem.model, best.effect))
+    return Result(best.error_after, larger, best.fit)
+
+
+def is_as_good(other: Result, best: Result) -> bool:
+    """True of a result whose error is not higher by what makes a step; or of a simpler one, if data do not tell."""
+    if other.error <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * best.error:
+        return True
+    if not other.error <= (1.0 + MAX_EQUIVALENT_ERROR_DIFFERENCE) * best.error:
+        return False
+    simpler = len(other.fit.free) < len(best.fit.free) and other.fit.count == best.fit.count
+    return simpler and not _leads(best, other)
+
+
+def _leads(best: Result, other: Result) -> bool:
+    """True of a result with clearly more evidence than another."""
+    before, after = (ValidatedFit.of(r.problem, r.fit) for r in (other, best))
+    lead = evidence_in_blocks(before.fit, after.fit, before.residuals, after.residuals)
+    return is_clear_lead(lead, scatters=best.error >= MAX_NOISE_LEVEL_ERROR_RATIO * best.problem.floor)
 
 
 def find_redundant_effect(rounds: Rounds, progress: Progress) -> str | None:
     """The effect, the last added apart, that the others need least, where without it the error does not rise by enough.
 
     Or with a simpler one in its place, which it contains or approaches: what bends to more was worth naming while the
-    others were missing. None unless the rounds explain everything but the noise.
+    others were missing. Else an effect in whose place a simpler one, which was worth naming beside it, leaves a result
+    that is as good. None unless the rounds explain everything but the noise.
     """
     if not rounds[-1].is_explained:
         return None
-    error, problem, fitted = best_result(rounds)
+    best = best_result(rounds)
     added = [r.named[0].effect for r in rounds if r.named]
-    present = problem.model.effects
+    present = best.problem.model.effects
     errors = {}
     for effect in (e for e in added[:-1] if e in present):
         progress(f"is {effect} still needed?")
         others = [e for e in present if e != effect]
-        simpler = [[*others, s] for s in nested_effects(problem.with_effects(others), effect)]
-        errors[effect] = min(reduced_model_error(problem, kept, fitted) for kept in (others, *simpler))
+        simpler = [[*others, s] for s in nested_effects(best.problem.with_effects(others), effect)]
+        errors[effect] = min(reduced_model(best.problem, kept, best.fit).error for kept in (others, *simpler))
     least = min(errors, key=errors.__getitem__, default=None)
-    return least if least is not None and errors[least] < (1.0 + MIN_RELATIVE_ERROR_DECREASE) * error else None
+    if least is not None and errors[least] < (1.0 + MIN_RELATIVE_ERROR_DECREASE) * best.error:
+        return least
+    return next((r.named[0].effect for r in rounds if r.named and _is_exchangeable(r, best, progress)), None)
 
 
-def reduced_model_error(problem: EstimationProblem, effects: Sequence[str], fitted: Fit) -> float:
-    """Validation error of a problem's model with these of its effects, refitted from a fit that has more."""
+def _is_exchangeable(found: Diagnosis, best: Result, progress: Progress) -> bool:
+    """True where a simpler effect that was worth naming does as well as the first one of its round in the result."""
+    first, present = found.named[0], best.problem.model.effects
+    if first.effect not in present:
+        return False
+    simpler = [c.effect for c in found.named[1:] if len(c.coefficients) < len(first.coefficients)]
+    others = [e for e in present if e != first.effect]
+    for effect in (e for e in simpler if e not in present):
+        progress(f"does {effect} do as well as {first.effect}?")
+        if is_as_good(reduced_model(best.problem, [*others, effect], best.fit), best):
+            return True
+    return False
+
+
+def reduced_model(problem: EstimationProblem, effects: Sequence[str], fitted: Fit) -> Result:
+    """A problem's model with these effects instead, refitted from a fit; of infinite error where it diverges."""
     smaller = problem.with_effects(effects)
     values = values_of_model_effects(smaller, fitted.values)
     per_log = [values_of_model_effects(smaller, v) for v in fitted.per_log]
     smaller, names = with_stable_step(smaller, values), free_names(smaller, effects)
     try:
         refitted = fit_model(smaller, values, names, horizons=(MIDDLE_HORIZON_SHARE, 1.0), start_per_log=per_log)
-        return validation_residuals(smaller, refitted)[0]
+        return Result(validation_residuals(smaller, refitted)[0], smaller, refitted)
     except Failure:
-        return float("inf")  # without it the model cannot be simulated
+        return Result(float("inf"), smaller, fitted)  # without it the model cannot be simulated

@@ -16,7 +16,7 @@ from wheelpend.benchmarks.hidden_effects.engine import engine_log
 from wheelpend.benchmarks.hidden_effects.scene import TRUE_PARAMETERS
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.diagnosis.score_test import linear_names
-from wheelpend.diagnosis.stepwise import reduced_model_error
+from wheelpend.diagnosis.stepwise import reduced_model
 from wheelpend.errors import Failure, OutOfRange
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.fit import Fit
@@ -160,7 +160,7 @@ def compare_with_truth(outcome: Outcome, case: Case, explanation: Ladder, model:
     error = validation_residuals(problem, fitted)[0]
     several = case.effects if len(case.effects) > 1 else ()
     fewer = [[e for e in case.effects if e != without] for without in several]
-    costs = tuple(reduced_model_error(open_to_all, effects, fitted) / error - 1.0 for effects in fewer)
+    costs = tuple(reduced_model(open_to_all, effects, fitted).error / error - 1.0 for effects in fewer)
     deviations: tuple[float, ...] = ()
     if set(explanation.effects) == set(case.effects):
         known = {n: e for n, e in explanation.parameters.items() if e.identifiable}
