@@ -232,6 +232,11 @@ class PlantSignature:
         return self.inputs[1:]
 
     @property
+    def is_balanced(self) -> bool:
+        """True of a plant with one input that is held upright: commands can be rehearsed and designed for it."""
+        return bool(self.range_channel) and not self.further
+
+    @property
     def scale_constant(self) -> Parameter | None:
         """The known constant that turns volt-equivalents into N m or N, where the scale is one."""
         return next((c for c in self.constants if c.name == self.scale), None)

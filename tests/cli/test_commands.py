@@ -171,6 +171,18 @@ def test_what_is_explained_in_part_is_added_step_by_step_first(capsys):
     assert "step by step: wheelpend explain log.csv" in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.parametrize(("plant", "designs"), [("wheel_pendulum", True), ("pendulum", False)])
+def test_a_command_is_designed_only_for_a_machine_that_is_held_upright(capsys, plant, designs):
+    model = Model.parse(f'plant = "{plant}"')
+    step = SimpleNamespace(effect="coulomb_drive", equivalent_to=("quadratic_drive",))
+    say_after_report(
+        Asked([Path("log.csv")]), SimpleNamespace(steps=[step], verdict="ambiguous", model=model), [], True
+    )
+    found = {"verdict": "ambiguous", "candidates": [step], "problem": SimpleNamespace(plant=model.plant_signature)}
+    say_after_diagnosis(Asked([Path("log.csv")]), SimpleNamespace(**found), [], law=False)
+    assert capsys.readouterr().err.count("design --between coulomb_drive,quadratic_drive") == (2 if designs else 0)
+
+
 def test_no_next_step_is_said_to_a_program(workspace):
     save_log(workspace / "other.csv", simulated(duration=4.0, seed=3))
     assert next_steps(run("compare", "log.csv", "--json", "-")) == []
@@ -314,7 +326,8 @@ def test_after_an_identification_that_lacks_something_comes_a_diagnosis(capsys):
 def test_after_a_report_comes_what_it_leaves_open(capsys, steps, verdict, saved, lines):
     made = [SimpleNamespace(effect=s, equivalent_to=("slosh",) if verdict == "ambiguous" else ()) for s in steps[:1]]
     files = Asked([Path("log.csv")], [Path("other.csv")])
-    say_after_report(files, SimpleNamespace(steps=made, verdict=verdict), ["--without", "slope"], saved)
+    found = SimpleNamespace(steps=made, verdict=verdict, model=Model.default())
+    say_after_report(files, found, ["--without", "slope"], saved)
     said = [line.partition(": wheelpend ")[2] for line in capsys.readouterr().err.splitlines()]
     assert said == lines
 

@@ -75,7 +75,7 @@ def say_after_diagnosis(asked: Asked, found: Diagnosis, without: Sequence[str], 
     if found.verdict in ("effect_missing", "ambiguous"):
         effect = found.candidates[0].effect
         others = list(found.candidates[0].equivalent_to)
-        if found.verdict == "ambiguous" and others:
+        if found.verdict == "ambiguous" and others and found.problem.plant.is_balanced:
             asked._replace(holdout=()).say_next(
                 "a command that tells them apart", "design", "--between", f"{effect},{others[0]}"
             )
@@ -97,7 +97,7 @@ def say_after_report(asked: Asked, found: Ladder, question: Sequence[str], saved
         asked.say_next("the same once more, and keep it", "explain", *question, "--save")
     elif found.verdict == "unexplained" and "--law" not in question:
         asked.say_next("the same with a law for the rest, a minute longer", "report", *question, "--law")
-    if ambiguous:
+    if ambiguous and found.model.plant_signature.is_balanced:
         pair = f"{ambiguous[0].effect},{ambiguous[0].equivalent_to[0]}"
         asked._replace(holdout=()).say_next("a command that tells them apart", "design", "--between", pair)
     elif not found.steps and found.verdict == "nothing_missing":

@@ -117,7 +117,7 @@ def design(
     """
     plant = model.plant_signature
     _check_arguments(plant, pitch_limit, voltage_limit, duration, sample)
-    if not plant.range_channel or plant.further:
+    if not plant.is_balanced:
         what = "with one input that is held upright"
         raise Failure(f"A command can be designed for a plant {what}, but this {model.plant} is none. Record "
                       "small and large commands, slow and fast, both ways, and standstills between them.")  # fmt: skip

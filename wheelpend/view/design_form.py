@@ -49,8 +49,8 @@ class DesignForm:
 
     def update(self) -> None:
         """Offer the limits of the plant, and the effects that the diagnosis cannot tell apart."""
-        set_enabled(self.start, self.bench.can_judge)
         model = self.bench.model()
+        set_enabled(self.start, self.bench.can_judge and model is not None and model.plant_signature.is_balanced)
         if model is not None and model.plant != self.plant:
             self.plant = model.plant
             self._take_plant(model.plant_signature)

@@ -58,7 +58,8 @@ class LearnPanel(Panel):
         is_unexplained = bool(found and found.result.get("verdict") == "unexplained")
         self.law.set_visibility(is_unexplained)
         self.steps.set_visibility(bool(is_unexplained and found and len(found.result.get("steps") or ()) > 1))
-        self.apart.set_visibility(bool(self._pair()))
+        model = self.bench.model()
+        self.apart.set_visibility(bool(self._pair()) and model is not None and model.plant_signature.is_balanced)
         for button in (self.law, self.apart, self.steps):
             set_enabled(button, self.bench.can_judge)
 
