@@ -127,7 +127,7 @@ def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] |
         guessed=tuple(guessed or ()),
         table=model.table,
         module=bare_module(model),
-        second_encoder=model.assumptions["second_encoder"] if model.assumptions.get("links") == 2 else "",
+        second_encoder=model.assumptions.get("second_encoder", "") if model.assumptions.get("links") == 2 else "",
     )
 
 
