@@ -66,6 +66,14 @@ def test_where_a_machine_stands_still_for_most_of_the_last_third_a_third_of_what
     assert 6.0 - log.t[max(held)] < 0.6  # the last third is held out whatever it does
 
 
+@pytest.mark.parametrize("effects", [[], ["external_push"]])
+def test_it_is_said_where_more_is_held_out_and_not_where_segments_take_turns(effects):
+    model, log = Model.default().with_effects(effects), at_rest_from(4.2)
+    said = [w for w in prepare(model, [log], lean=True).warnings if "stands still for most of the last third" in w]
+    assert len(said) == (0 if effects else 1)
+    assert not [w for w in prepare(Model.default(), [simulated(duration=6.0)], lean=True).warnings if "third" in w]
+
+
 def test_one_that_moves_again_at_the_end_has_its_last_third_held_out():
     log = at_rest_from(4.2, then=0.3)
     problem = prepare(Model.default(), [log], lean=True)

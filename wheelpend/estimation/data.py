@@ -87,22 +87,19 @@ def prepare(
     _require_testable_effects(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
     words = model.plant_signature.words
-    keep_all = use_all or bool(validation_logs)
-    split = _split_logs(loaded, noise, horizon, words, keep_all=keep_all)
+    split = _split_logs(loaded, noise, horizon, words, keep_all=use_all or bool(validation_logs))
     held_out = zip(validation_logs, noise[len(loaded) :], strict=True)
     given = [_validation_data_of_log(log, own, horizon, words) for log, own in held_out]
     split = replace(split, validation=(*split.validation, *given))
     read = zip((*loaded, *validation_logs), noise, strict=True)
     warnings = tuple(w for log, own in read for w in (*_warnings_of(log), *(f"{log.name}: {r}" for r in own.remarks)))
-    if not keep_all:
-        warnings += tuple(
-            w for log, own in zip(loaded, noise, strict=False) for w in _stillness_warnings(log, own, horizon, words)
-        )
     problem = EstimationProblem(
         model, module, split, noise, horizon, INITIAL_MAX_STEP_S, warnings, without=tuple(without)
     )  # fmt: skip
     if any(derive.effects.find(e).event for e in model.effects):
         problem = with_interleaved_validation(problem, _known_event_times(model))
+    else:
+        problem = replace(problem, warnings=(*problem.warnings, *_stillness_warnings(split.validation, words)))
     return replace(problem, carries=carries_over(module, model.effects))
 
 
@@ -193,13 +190,15 @@ def _last_third(log: Log) -> int:
     return len(log) * 2 // 3
 
 
-def _stillness_warnings(log: Log, noise: Noise, horizon: float, words: PlantWords) -> list[str]:
-    """A warning where more than the last third of a log is held out."""
-    begin = held_out_begin(log, noise, horizon)
-    if begin >= _last_third(log):
-        return []
-    return [f"{log.name}: the {words.machine} stands still for most of the last third, which tells no law from "
-            f"another: what is held out begins at t = {log.t[begin]:.3g} s, while it moves."]  # fmt: skip
+def _stillness_warnings(validation: Sequence[ValidationData], words: PlantWords) -> list[str]:
+    """A warning on each log of which more than the last third is held out."""
+    ends = [(v.part.log, int(v.part.bounds[0, 0])) for v in validation if v.estimation_log is not None]
+    return [
+        f"{log.name}: the {words.machine} stands still for most of the last third, which tells no law from another: "
+        f"what is held out begins at t = {log.t[begin]:.3g} s, while it moves."
+        for log, begin in ends
+        if begin < _last_third(log)
+    ]
 
 
 def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: PlantWords) -> ValidationData:

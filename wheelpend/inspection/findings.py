@@ -19,8 +19,12 @@ CURING_KEYS = {  # of an entry of [columns], by the kind of finding that they cu
     "counts": ("scale",),
     "swapped_channels": COLUMN_KEYS,
 }
-ENCODER_KINDS = {"relative_encoder": "relative", "absolute_encoder": "absolute"}
-SECOND_ENCODER_KINDS = {"relative_second_encoder": "relative", "absolute_second_encoder": "absolute"}
+ENCODER_SETTINGS = {  # what cures a finding on what an encoder is read against
+    "relative_encoder": {"sensors.encoder": "relative"},
+    "absolute_encoder": {"sensors.encoder": "absolute"},
+    "relative_second_encoder": {"assumptions.second_encoder": "relative"},
+    "absolute_second_encoder": {"assumptions.second_encoder": "absolute"},
+}
 
 
 @dataclass
@@ -96,12 +100,10 @@ class LogCorrections:
         wanted = {k: v for k, v in vars(self.column_map(name)).items() if v != before[k]}
         return {f"columns.{name}.{k}": v for k, v in wanted.items() if k in keys or k == "column"}
 
-    def settings_for(self, finding: Finding) -> dict[str, Any]:
+    def settings_for(self, finding: Finding) -> Mapping[str, Any]:
         """What cures a finding; empty where that is not for the model file to say."""
-        if finding.kind in ENCODER_KINDS:
-            return {"sensors.encoder": ENCODER_KINDS[finding.kind]} if self.encoder else {}
-        if finding.kind in SECOND_ENCODER_KINDS:
-            return {"assumptions.second_encoder": SECOND_ENCODER_KINDS[finding.kind]}
+        if finding.kind in ENCODER_SETTINGS:
+            return ENCODER_SETTINGS[finding.kind]
         keys = CURING_KEYS.get(finding.kind, ())
         names = [n for n in finding.channel.split(" and ") if n in self.table.names]
         found = [self.column_settings(n, keys) for n in names] if keys else []

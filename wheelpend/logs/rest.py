@@ -8,7 +8,7 @@ import numpy as np
 
 from wheelpend.logs.log import EXCERPT_SAMPLES, REST_SHARE, Log
 
-STILL_BAND_SIGMAS = 12.0  # of a channel's noise, that its readings spread at rest: a hundred million reach 11.5
+REST_BAND_SIGMAS = 12.0  # of a channel's noise, that its readings spread at rest: a hundred million reach 11.5
 
 
 def rest_begin(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
@@ -26,6 +26,6 @@ def _rest_begin(channel: np.ndarray, sigma: float) -> int:
     """The first of a channel's values (n,) after which they stay in its band; n where the last is none."""
     backward = channel[::-1]
     spread = np.fmax.accumulate(backward) - np.fmin.accumulate(backward)
-    band = max(REST_SHARE * float(np.nanmax(channel) - np.nanmin(channel)), STILL_BAND_SIGMAS * sigma)
+    band = max(REST_SHARE * float(np.nanmax(channel) - np.nanmin(channel)), REST_BAND_SIGMAS * sigma)
     still = int(np.count_nonzero(~(spread > band)))  # the spread only grows; nothing read is nothing moved
     return len(channel) - still if still > 1 else len(channel)
