@@ -1,6 +1,8 @@
 """A campaign's logs on Dask: the same answers, whatever dies."""
 
+import io
 import json
+import logging
 import os
 import signal
 import socket
@@ -152,6 +154,24 @@ def test_workers_end_with_the_campaign_however_that_ends(number, tmp_path, monke
     assert "Traceback" not in said
     until(lambda: not any(w.is_running() and w.status() != psutil.STATUS_ZOMBIE for w in workers), "the workers' end")
     assert len(journal().read_text().splitlines()) > 1, "what is done is kept"
+
+
+def test_connections_that_break_as_a_cluster_ends_say_nothing_and_its_own_log_level_returns(monkeypatch):
+    from distributed.utils import LoopRunner
+
+    log, stop, shown = logging.getLogger("distributed.batched"), LoopRunner.stop, io.StringIO()
+    monkeypatch.setattr(logging.getLogger("distributed"), "handlers", [logging.StreamHandler(shown)])
+
+    def stop_noisily(runner):
+        log.error("a connection closed while it was written to")
+        return stop(runner)
+
+    monkeypatch.setattr(LoopRunner, "stop", stop_noisily)
+    with cluster.local_client(1):
+        pass
+    assert "a connection closed" not in shown.getvalue()
+    log.error("said outside of any cluster")
+    assert "said outside of any cluster" in shown.getvalue()
 
 
 def default_interrupt():

@@ -83,14 +83,18 @@ def local_client(workers: int) -> Iterator[Client]:
     """A client of a cluster of so many processes, each with one thread, that ends with this process.
 
     They listen on this machine alone, encrypted, with certificates of their own; there are no web pages. Nothing of the
-    current folder is on their path. Where the caller is interrupted they are ended at once.
+    current folder is on their path. Where the caller is interrupted they are ended at once, and what their connections
+    say of that is not shown: the cluster itself is silent only until it begins to close its loop.
     """
     distributed, dask = import_configured("distributed"), import_configured("dask")
+    from distributed.utils import silence_logging_cmgr
+
     others = set(active_children())
     variables = dict.fromkeys((*BLAS_THREAD_VARIABLES, SINGLE_THREAD_VARIABLE), "1")
     with (
         TemporaryDirectory(prefix="wheelpend-", ignore_cleanup_errors=True) as folder,
         dask.config.set(LOCAL_CONFIGURATION),
+        silence_logging_cmgr(SILENT_LEVEL),
         single_threaded(),
         starting_workers(),  # also while it runs: who is replaced starts in the same way
     ):
