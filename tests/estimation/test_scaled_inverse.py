@@ -19,3 +19,9 @@ def test_a_matrix_that_is_not_finite_identifies_nothing(odd):
 def test_a_sound_matrix_is_inverted():
     matrix = np.array([[2.0, 0.5], [0.5, 3.0]])
     np.testing.assert_allclose(ScaledInverse.of(matrix).matrix, np.linalg.inv(matrix), rtol=1e-12)
+
+
+def test_a_parameter_of_vanishing_influence_has_no_infinite_variance():
+    inverse = ScaledInverse.of(np.diag([4.0, 1e-304]))
+    assert inverse.matrix.tolist() == [[0.25, 0.0], [0.0, 0.0]]
+    assert inverse.solve(np.array([2.0, 1.0])).tolist() == [0.5, 0.0]

@@ -10,11 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
-from wheelpend.estimation.scaled_inverse import MIN_EXPLAINING_RATIO, ScaledInverse, solve_damped, unit_diagonal
+from wheelpend.estimation.scaled_inverse import (
+    MIN_EXPLAINING_RATIO,
+    SILENT_ROOT,
+    ScaledInverse,
+    solve_damped,
+    unit_diagonal,
+)
 from wheelpend.estimation.shooting import ShootingLinearisation
 
 MAX_LOST_SHARE = 1e-3  # of a parameter in directions that are not identifiable, from which its value means nothing
-SILENT_ROOT = 1e-150  # root of an information up to which a parameter has no influence
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,14 @@ import numpy as np
 
 MIN_EIGENVALUE_RATIO = 1e-9  # eigenvalue of the scaled matrix below which a direction is not identifiable
 MIN_EXPLAINING_RATIO = 1e-11  # the same for columns that only explain others
+SILENT_ROOT = 1e-100  # root of an information up to which a parameter has no influence; its variance is no number
 STATE_DAMPING = 1e-10  # of the unit diagonal, with which a direction without influence does not move
 
 
 def unit_diagonal(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A positive semidefinite matrix (n, n) with a unit diagonal, and the scale (n,), infinite where that is zero."""
+    """A positive semidefinite matrix (n, n) with a unit diagonal, and the scale (n,), infinite where that vanishes."""
     root = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    scale = np.where(root > 0.0, root, np.inf)  # what has no influence is left without
+    scale = np.where(root > SILENT_ROOT, root, np.inf)  # what has no influence is left without
     return matrix / np.outer(scale, scale), scale
 
 
