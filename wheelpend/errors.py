@@ -15,6 +15,10 @@ class OutOfRange(Failure):
     """A simulated machine leaves the range within which its range channel must stay."""
 
 
+class NotSimulable(Failure):
+    """No parameters were found with which the model can be simulated over the horizon."""
+
+
 def require(package: str, extra: str, purpose: str) -> None:
     """Raise Failure where a package of an extra is not installed, which a purpose needs."""
     if importlib.util.find_spec(package) is None:

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.diagnosis.likelihood.judgement import Judged, agreement, falls_of_force, most_telling_first, not_led
+from wheelpend.diagnosis.likelihood.judgement import (
+    Judged,
+    agreement,
+    certain_within,
+    falls_of_force,
+    most_telling_first,
+    not_led,
+)
 
 BEHIND_ONE_FILTER = np.zeros(0)
 CLEAR_RISE = (-0.2, -0.1, -0.15)  # of the error: in all segments
@@ -208,6 +215,31 @@ def test_a_lesser_law_does_not_stand_in_for_one_that_clearly_leads_it_and_is_not
     assert not_led([spring], [spring, lesser]) == [spring]
     unlikely = friction._replace(in_sample=-1.0)
     assert not_led([spring], [spring, impossible, unlikely]) == [spring]
+
+
+def test_a_simple_law_is_certain_where_one_that_has_it_in_it_is_and_it_clearly_leads():
+    elastic = rival("presliding_drive", 90.0, 9.0 * BLOCKS, 15.0 * BLOCKS, 9.0 * BLOCKS)
+    simple = rival("coulomb_drive", 90.0, 30.0 * BLOCKS, 50.0 * BLOCKS, 9.0 * BLOCKS)
+    simple = simple._replace(candidate=replace(simple.candidate, p_confirmation=0.04), less_force=0.2, less_on_row=0.2)
+
+    def found(one, supported=(elastic,)):
+        return certain_within([elastic, one], list(supported), 1.0)
+
+    assert found(simple) == [simple]
+    assert found(simple, [elastic, simple]) == []  # by its own tests
+    assert found(simple, []) == []
+    other = simple._replace(candidate=replace(simple.candidate, effect="viscous_drive"))
+    assert found(other) == []  # not of that family
+    no_better = simple._replace(predicted=elastic.predicted, falls=elastic.falls)
+    unconfirmed, impossible = (replace(simple.candidate, **c) for c in ({"p_confirmation": 0.06}, {"physical": False}))
+    for other in (
+        no_better,
+        simple._replace(candidate=unconfirmed),
+        simple._replace(candidate=impossible),
+        simple._replace(in_sample=-1.0),
+        simple._replace(less_force=0.0, less_on_row=0.0),
+    ):
+        assert found(other) == []
 
 
 def test_what_would_drive_the_machine_stands_for_what_would_not_unless_it_is_far_likelier():

@@ -95,3 +95,11 @@ def test_a_period_found_in_a_part_is_followed_to_the_sharpness_of_the_whole_log(
     )
     alone, _ = ripple_search.strongest_ripple(problem, None, "drive", 0.03)
     assert sharp < abs(alone - 7.31) < 0.2
+
+
+def test_a_port_that_turns_too_far_between_samples_shows_no_ripple(monkeypatch):
+    rng = np.random.default_rng(2)
+    fast = ripple_search.RippleResidual(rng.normal(size=260), np.cumsum(rng.normal(size=260) * 2000.0), 0, (0.8, 0.85))
+    monkeypatch.setattr(ripple_search, "ripple_residual", lambda *asked: fast)
+    problem = SimpleNamespace(data=SimpleNamespace(estimation=[None]))
+    assert ripple_search.strongest_ripple(problem, None, "drive", 0.01) == (1.0, 1)

@@ -18,8 +18,8 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameter_table import parameter_table, standard_error
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, require_testable, with_stable_step
-from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
+from wheelpend.estimation.workable_horizon import over_workable_horizon
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings, undetermined_warnings
@@ -89,9 +89,18 @@ def add(
     """
     if not remove:
         require_testable(derive.effects.find(effect), model)
-    problem = prepare(model, logs, holdout)
-    progress("finding a start")
-    problem, start = best_start(problem)
+    return over_workable_horizon(
+        lambda horizon: prepare(model, logs, holdout, horizon=horizon),
+        lambda problem, start: _changed(problem, start, effect, remove, progress),
+        progress,
+    )
+
+
+def _changed(
+    problem: EstimationProblem, start: dict[str, float], effect: str, remove: bool, progress: Callable[[str], None]
+) -> Change:
+    """The change of a problem's model by an effect, from a start of its parameters."""
+    model = problem.model
     if remove:  # the values of the model hold what leaves it
         problem, start = _without_values(problem, start, effect)
     old = model.effects

@@ -32,8 +32,8 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
+from wheelpend.estimation.workable_horizon import over_workable_horizon
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder import with_remainder as model_with_remainder
 from wheelpend.logs.sources import LogsLike
@@ -162,10 +162,11 @@ def explain(
 
     Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
     """
-    problem = prepare(model, logs, holdout, without=without)
-    progress("finding a start")
-    problem, start = best_start(problem)
-    rounds = stepwise(problem, start, lambda found: len(found) > max_effects, progress)
+    rounds = over_workable_horizon(
+        lambda horizon: prepare(model, logs, holdout, horizon=horizon, without=without),
+        lambda problem, start: stepwise(problem, start, lambda found: len(found) > max_effects, progress),
+        progress,
+    )
     last = with_repeating_force(revise_verdict(rounds[-1], rounds[-1]), progress=progress)
     last = with_structures(with_remainder(last, progress=progress), rounds)
     first = with_missing_force(revise_verdict(rounds[0], rounds[-1]) if rounds[1:] else last, progress=progress)

@@ -41,6 +41,7 @@ from wheelpend.estimation.free_parameters import free_names, values_of_model_eff
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
+from wheelpend.estimation.workable_horizon import over_workable_horizon
 from wheelpend.identification.remainder_at import found_or_warning
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
@@ -66,10 +67,11 @@ def diagnose(
     With ``law`` a free-form law is fitted to what no effect explains; that takes about a minute.
     Raises Failure where the logs or the model cannot be used.
     """
-    problem = prepare(model, logs, holdout, without=without)
-    progress("finding a start")
-    problem, start = best_start(problem)
-    rounds = stepwise(problem, start, selection_done, progress)
+    rounds = over_workable_horizon(
+        lambda horizon: prepare(model, logs, holdout, horizon=horizon, without=without),
+        lambda problem, start: stepwise(problem, start, selection_done, progress),
+        progress,
+    )
     result = with_steps(with_structures(revise_verdict(rounds[0], rounds[-1]), rounds), rounds)
     result = with_repeating_force(with_missing_force(result, progress=progress), progress=progress)
     result = with_remainder(result, progress=progress)

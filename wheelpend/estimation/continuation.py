@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.errors import Failure
+from wheelpend.errors import NotSimulable
 from wheelpend.estimation.criteria import (
     MAX_EXPLAINED_ERROR_RATIO,
     MAX_NOISE_LEVEL_ERROR_RATIO,
@@ -153,7 +153,7 @@ def fit_model(
         best = _with_fresh_states(steps, best)
     best = _best_of_fallback_starts(steps, best, first, start, start_per_log)
     if not np.isfinite(best.cost):
-        raise Failure(
+        raise NotSimulable(
             f"{problem.logs[0].name}: the model must be one that can be simulated over "
             f"{problem.horizon} s, but no start led to one. Check `wheelpend inspect`, or give nominal values "
             "in [parameters]."

@@ -110,9 +110,13 @@ def strongest_ripple(
 ) -> tuple[float, int]:
     """Periods per turn of the strongest ripple in a port's missing force, and the number of independent trials.
 
-    Of long logs it is sought in the busiest stretch, and followed from there into the rest.
+    Of long logs it is sought in the busiest stretch, and followed from there into the rest. A log whose port turns too
+    far from sample to sample shows none; where no log shows any the answer is one period, of one trial.
     """
     records = [ripple_residual(problem, fitted, port, k, tau) for k in range(len(problem.data.estimation))]
+    records = [r for r in records if np.ptp(r.busiest()) >= SURROGATE_BLOCK_COUNT]
+    if not records:
+        return 1.0, 1
     stretches = [r.busiest() for r in records]
     parts = [r.part(*s) for r, s in zip(records, stretches, strict=True)]
     grid = np.arange(1.0, MAX_PERIODS_PER_TURN, _grid_step(parts))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -33,6 +34,7 @@ from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, unif
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import check_time, starts_at_rest
 from wheelpend.logs.columns import TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
+from wheelpend.logs.log import gapless_ranges
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
 from wheelpend.logs.read import find_time_column, open_file
@@ -129,7 +131,7 @@ def survey_file(path: Path) -> Survey:
     log = analysed(path.name, t, moving_columns(path, {n: v for n, v in values.items() if n not in counters}))
     moving = dict(zip(log.channels, log.measured.T, strict=True))
     signals = uniform_signals(log, "", in_range=False, all_needed=False)
-    roles = roles_of(moving, signals)
+    roles = roles_of(moving, signals, gapless_ranges(log, 0, len(t)))
     roles |= dict.fromkeys(counters, ("counter", "")) | held_inputs(values, moving, roles)
     columns = [column_of(clock.column, "time", "", raw, "")]
     for name, v in values.items():
@@ -169,26 +171,30 @@ def column_of(name: str, role: str, of: str, values: np.ndarray, remark: str) ->
     return FileColumn(name, role, of, low, high, find_quantum(values) if role != "time" else 0.0, remark)
 
 
-def roles_of(values: dict[str, np.ndarray], signals: Signals | None) -> dict[str, tuple[str, str]]:
+def roles_of(
+    values: dict[str, np.ndarray], signals: Signals | None, ranges: Sequence[tuple[int, int]]
+) -> dict[str, tuple[str, str]]:
     """Role of each column that changes, and of rates and references the position: by names, then by what they do.
 
-    A column that is read too seldom to be among the signals is none of a machine's.
+    A column that is read too seldom to be among the signals is none of a machine's. What it does is judged within the
+    ranges of samples that follow each other without a gap.
     """
+    places = [n for n in values if is_place(values[n], ranges)]
     roles: dict[str, tuple[str, str]] = dict.fromkeys(inputs_among(list(values)), ("input", ""))
     seldom = {n for n in values if signals is not None and n not in signals.channels}
     free = [n for n in values if n not in roles and n not in seldom and may_be_sensor(n)]
     roles |= rates_among(free, signals)
     if not any(r == "input" for r, _ in roles.values()):
         roles |= {n: ("input", "") for n in free if is_likely_input(n) and n not in roles}
-    roles |= unnamed_roles(free, values, roles)
+    roles |= unnamed_roles(free, values, roles, places)
     free = [n for n in free if n not in roles and not is_no_place(n)]
     roles |= references_among(free, values)
-    roles |= {n: ("position", "") for n in free if n not in roles and is_place(values[n])}
+    roles |= {n: ("position", "") for n in free if n not in roles and n in places}
     return roles | {n: ("further", "") for n in values if n not in roles}
 
 
 def unnamed_roles(
-    free: list[str], values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
+    free: list[str], values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]], places: list[str]
 ) -> dict[str, tuple[str, str]]:
     """The command among columns whose names say nothing, where none is called one, and the battery beside a duty.
 
@@ -204,7 +210,7 @@ def unnamed_roles(
     inputs = [n for n, (role, _) in (roles | found).items() if role == "input"]
     if any(full_scale(n, values[n][np.isfinite(values[n])]) and not states_volts(n) for n in inputs):
         found |= {n: ("supply", "") for n in values if n not in roles | found and is_battery(n, values[n])}
-    return found if any(is_place(values[n]) for n in open_names if n not in found) else {}
+    return found if any(n in places for n in open_names if n not in found) else {}
 
 
 def is_unnamed(name: str) -> bool:
@@ -261,19 +267,20 @@ def lead_samples(follower: np.ndarray, leader: np.ndarray) -> int:
     return min(costs, key=lambda k: (costs[k], abs(k)))
 
 
-def is_place(values: np.ndarray) -> bool:
-    """True of a signal (N,), without wraps, that moves on from where it was, as a place does, but for single spikes."""
+def is_place(values: np.ndarray, ranges: Sequence[tuple[int, int]]) -> bool:
+    """True of a signal (N,), without wraps, that moves on from where it was, as a place does, but for single spikes.
+
+    From one range of samples to the next it may be anywhere.
+    """
     known = values[np.isfinite(values)]
     if len(np.unique(known)) < MIN_PLACES:
         return False
-    if np.mean(jump_mask(known)) > MAX_SPIKE_SHARE:
+    longest = MAX_STEP_SHARE * np.ptp(known)
+    parts = [part[np.isfinite(part)] for part in (values[a:b] for a, b in ranges)]
+    if sum(np.sum(np.abs(np.diff(part)) > longest) for part in parts) > MAX_SPIKE_SHARE * (len(known) - 1):
         return False
-    return not jump_mask(median_filter(known, 2 * MAX_SPIKE_SAMPLES + 1)).any()
-
-
-def jump_mask(values: np.ndarray) -> np.ndarray:
-    """Mask (N - 1,) of the steps of a signal (N,) that no place makes from sample to sample."""
-    return np.abs(np.diff(values)) > MAX_STEP_SHARE * np.ptp(values)
+    without_spikes = (median_filter(part, 2 * MAX_SPIKE_SAMPLES + 1) for part in parts if len(part))
+    return not any((np.abs(np.diff(part)) > longest).any() for part in without_spikes)
 
 
 def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:

@@ -329,6 +329,23 @@ def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judge
     return [j for j in free if not any(_stands_in_for(j, o) for o in others)]
 
 
+def certain_within(judged: Sequence[Judged], supported: Sequence[Judged], error_before: float) -> list[Judged]:
+    """Effects that are not supported by their own tests, but that clearly lead a supported one that contains them.
+
+    That one's test says that some effect of its wider family is there; of the family the simpler one explains it best.
+    It lowers the error or the force, and held-out data confirm it.
+    """
+    names = {j.candidate.effect for j in supported}
+    open_ones = (j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.is_likelier)
+    confirmed = (j for j in open_ones if (p := j.candidate.p_confirmation) is not None and p < CONFIRMATION_LEVEL)
+    return [
+        j
+        for j in confirmed
+        if j.improves(error_before)
+        and any(j.candidate.effect in simpler_than(o) and j.clearly_leads(o) for o in supported)
+    ]
+
+
 def _stands_in_for(one: Judged, other: Judged) -> bool:
     """True of an effect that another clearly leads, which does not have it in it."""
     leads = other.evidence > one.evidence and other.clearly_leads(one)

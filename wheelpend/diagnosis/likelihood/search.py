@@ -17,6 +17,7 @@ from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtere
 from wheelpend.diagnosis.likelihood.judgement import (
     Judged,
     JudgedModel,
+    certain_within,
     judge,
     most_telling_first,
     not_led,
@@ -165,6 +166,7 @@ def _round(
     tests = _single_tests(model)
     judged = [judge(base, larger, effect, tests) for effect, larger in refits.items()]
     able = [j for j in judged if j.is_supported(base.validated.error)]
+    able += certain_within(judged, able, base.validated.error)
     named = not_led(able, judged)
     supported = most_telling_first(named)
     larger = None
