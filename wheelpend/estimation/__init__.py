@@ -42,5 +42,6 @@ values make the measurements likeliest, and how well do they predict what the fi
     stored_sources          those that identification left in a model file
     correlation_time        how far parameters move with the correlation time that is assumed
     smoother                states and random forces from the whole log, back along a filter's steps
+    workable_horizon        the longest horizon over which a model can be simulated
     noise_alarm             the warning of an error well below the noise floor
 """
