@@ -10,7 +10,8 @@ import pytest
 
 from tests.support import simulated
 from wheelpend import Failure
-from wheelpend.inspection.column_names import inputs_among, kind_by_name, stated_unit
+from wheelpend.inspection.column_names import inputs_among, is_called_rate, kind_by_name, stated_unit
+from wheelpend.inspection.file_values import continuous
 from wheelpend.inspection.plant_fit import toml_value
 from wheelpend.inspection.proposal import Proposal, propose
 from wheelpend.inspection.survey import survey_file
@@ -235,3 +236,53 @@ def test_names_with_quotes_and_backslashes_stand_in_the_model(tmp_path):
     path = written(tmp_path / "log.csv", {"t": t, "tau": torque, "\\theta": angle})
     assert proposed(path)[1]["columns"]["theta_1"]["column"] == "\\theta"
     assert tomllib.loads(f"x = {toml_value('a' + chr(34) + 'b' + chr(10))}") == {"x": 'a"b\n'}
+
+
+def test_a_position_may_be_anywhere_after_a_pause(tmp_path):
+    step = np.arange(240) * 0.005
+    t = np.concatenate([step, step + 2.2, step + 4.4])
+    way = np.concatenate([0.29 - 0.4 * step, 0.2 - 0.3 * step, -0.25 + 0.4 * step])
+    swing = np.concatenate([0.5 * np.cos(5.0 * step), -0.6 * np.cos(5.0 * step), 0.55 * np.cos(5.0 * step)])
+    columns = {"t": t, "pwm": np.repeat([-180.0, -140.0, 180.0], 240), "position": way, "angle": swing}
+    assert roles(written(tmp_path / "log.csv", columns))["angle"] == "position"
+    columns["t"] = np.arange(720) * 0.005  # the same without pauses jumps
+    assert roles(written(tmp_path / "log.csv", columns))["angle"] == "further"
+
+
+def test_a_fast_rate_is_no_wrapped_angle(tmp_path):
+    t = np.arange(1000) * 0.01
+    angle = 0.8 * np.sin(2.0 * t) + 0.02 * np.sin(29.0 * t)
+    rate = np.gradient(angle, 0.01) * 5.0
+    rate[500:] = -rate[500:] + 6.2  # a jump of a turn, of a signal that spans more than one
+    assert np.ptp(rate) > 8.0
+    np.testing.assert_array_equal(continuous(rate), rate)
+    turning = np.mod(2.0 * t, 2.0 * np.pi)
+    np.testing.assert_allclose(continuous(turning), 2.0 * t, atol=1e-12)
+
+
+def test_a_clock_that_counts_rows_is_a_guess(tmp_path):
+    t = np.arange(800)
+    proposal, model = proposed(written(tmp_path / "log.csv", {"frame": t, "angle": 0.8 * np.cos(t * 0.03)}))
+    assert model["columns"]["t"] == {"column": "frame", "scale": 0.001} and "counts rows" in proposal.guesses["t"]
+    for name in ("time_ms", "t"):
+        proposal, _ = proposed(written(tmp_path / "log.csv", {name: t, "angle": 0.8 * np.cos(t * 0.03)}))
+        assert "t" not in proposal.guesses
+
+
+def test_a_shaft_in_degrees_is_no_carriage_that_goes_far_and_its_reference_counts_alike(tmp_path):
+    t = np.arange(800) * 0.02
+    y, r = 90.37 * np.sin(t), 90.37 * np.sin(t + 0.02)
+    u = np.sin(1.3 * t)
+    _, model = proposed(written(tmp_path / "log.csv", {"t": t, "y_ref": r, "y": y, "ua": u}))
+    assert model["plant"] == "slide" and model["columns"]["x"]["scale"] == pytest.approx(np.pi / 180)
+    assert model["columns"]["x_ref"] == {"column": "y_ref", "scale": model["columns"]["x"]["scale"]}
+    assert model["columns"]["v_in"]["column"] == "ua"
+    _, model = proposed(written(tmp_path / "log.csv", {"t": t, "y_ref": r / 10.0, "y": y / 10.0, "ua": u}))
+    assert "scale" not in model["columns"]["x"]
+
+
+def test_a_rate_may_be_called_dot(tmp_path):
+    t = np.arange(800) * 0.02
+    columns = {"t": t, "u": np.sin(1.3 * t), "phi": np.sin(t), "phi_dot": np.cos(t)}
+    found = roles(written(tmp_path / "log.csv", columns))
+    assert found["phi_dot"] == "rate" and is_called_rate("phi_dot")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS, UNIT_CONVERSIONS
 
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
-RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos")
+RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot")
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")

@@ -80,12 +80,16 @@ def without_rest(values: np.ndarray) -> np.ndarray:
 
 
 def continuous(values: np.ndarray) -> np.ndarray:
-    """A signal (N,) without the jumps by a turn of a wrapped angle, in rad or in degrees; any other as it is."""
+    """A signal (N,) without the jumps by a turn of a wrapped angle, in rad or in degrees; any other as it is.
+
+    A wrapped one is within a turn, but for its rounding.
+    """
     known = np.flatnonzero(np.isfinite(values))
     steps = np.abs(np.diff(values[known]))
     jumps = steps[steps > MAX_STEP_SHARE * np.ptp(values[known])]
     for turn in TURNS:
-        if jumps.size and bool(np.all(np.abs(jumps - turn) < TURN_TOLERANCE * turn)):
+        within = np.ptp(values[known]) <= (1.0 + TURN_TOLERANCE) * turn
+        if jumps.size and within and bool(np.all(np.abs(jumps - turn) < TURN_TOLERANCE * turn)):
             result = values.copy()
             result[known] = np.unwrap(values[known], period=turn)
             return result

@@ -12,17 +12,25 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.inspection.angle_unit import is_in_degrees
-from wheelpend.inspection.column_names import SUPPLY_NAMES, contains, is_counting, stated_factor, stated_unit
+from wheelpend.inspection.column_names import (
+    SUPPLY_NAMES,
+    contains,
+    is_called_time,
+    is_counting,
+    stated_factor,
+    stated_unit,
+)
 from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import Survey
-from wheelpend.logs.columns import ColumnMap, ColumnTable
+from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, ColumnTable
 
 USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
 MAX_STEADY_SAG = 0.01  # of a supply's volts, by which they vary and one number still does
 USUAL_COUNTS = 4096  # of a turn
 USUAL_WAY_M = 1e-4  # along an axis in a count
 MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
+MAX_WAY_M = 20.0  # along an axis, beyond which a place is no carriage's
 
 
 class Guess(NamedTuple):
@@ -39,7 +47,7 @@ def guess_units(
 
     ``untold`` are channels in counts of which the equations of motion did not say how many are a turn.
     """
-    found: dict[str, Guess] = {}
+    found: dict[str, Guess] = {"t": guess} if (guess := guess_clock(survey)) else {}
     for name, column in columns.items():
         values = survey.values.get(column)
         if stated_unit(column) or (values is None and name not in table.inputs):
@@ -57,11 +65,26 @@ def guess_units(
     return found
 
 
+def guess_clock(survey: Survey) -> Guess | None:
+    """A guess of the time between two rows, where the only clock counts them: frames, samples."""
+    clock = survey.clock
+    steps = np.diff(survey.values["t"]) / UNIT_CONVERSIONS[clock.unit][1]
+    if clock.column == "t" or is_called_time(clock.column) or stated_unit(clock.column) or not np.allclose(steps, 1.0):
+        return None
+    scale = UNIT_CONVERSIONS[clock.unit][1]
+    said = f"it counts rows, taken for {scale:g} s each: put the seconds from row to row in the place of this scale"
+    return Guess(ColumnMap(clock.column, scale=scale), said)
+
+
 def guess_place(survey: Survey, column: str, values: np.ndarray, own: str, inputs: list[str]) -> Guess | None:
     """A guess of the unit of a position (N,) whose quantity is in rad or m; None of one that may be in that."""
     counting = is_counting(column) and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
     if own == "rad" and not counting and (why := is_in_degrees(values, survey.signals, column, inputs)):
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
+    way = float(np.nanmax(values) - np.nanmin(values))
+    if own == "m" and not counting and way > MAX_WAY_M:
+        said = f"degrees of a shaft, which are then rad, for no carriage goes {way:.3g} m"
+        return Guess(ColumnMap(column, scale=math.pi / 180), said)
     if not is_whole(values):
         return None
     if own == "rad" and not counting and np.nanmax(values) - np.nanmin(values) < MAX_TURNS_DEG:

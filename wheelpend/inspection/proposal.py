@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,6 +56,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     offset = zero_offset(gravity) if best.swings and gravity is not None else 0.0
     guesses = guess_units(survey, best.table, best.columns, unit, untold)
     maps = column_maps(best, survey, unit) | {n: g.column for n, g in guesses.items()}
+    maps |= followed_reference(survey, best, maps)
     reasons = surplus_reasons(survey, best) | {n: g.reason for n, g in guesses.items()}
     beyond = is_beyond_its_range(survey, best, maps)
     if beyond:
@@ -173,6 +175,16 @@ def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnM
     if references and best.table.reference not in references:
         maps[best.table.reference] = ColumnMap(references[0])
     return maps
+
+
+def followed_reference(survey: Survey, best: Candidate, maps: Mapping[str, ColumnMap]) -> dict[str, ColumnMap]:
+    """The map of a reference in the unit of the position that follows it, where its name states none of its own."""
+    name = best.table.reference
+    if not name or name not in maps or stated_unit(maps[name].column):
+        return {}
+    of = survey.column(maps[name].column).of
+    followed = next((m for n, m in maps.items() if n != name and m.column == of), None)
+    return {name: replace(followed, column=maps[name].column)} if followed else {}
 
 
 def no_plant_text(survey: Survey, plant: str) -> str:

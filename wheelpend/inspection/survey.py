@@ -276,11 +276,16 @@ def is_place(values: np.ndarray, ranges: Sequence[tuple[int, int]]) -> bool:
     if len(np.unique(known)) < MIN_PLACES:
         return False
     longest = MAX_STEP_SHARE * np.ptp(known)
-    parts = [part[np.isfinite(part)] for part in (values[a:b] for a, b in ranges)]
-    if sum(np.sum(np.abs(np.diff(part)) > longest) for part in parts) > MAX_SPIKE_SHARE * (len(known) - 1):
+    parts = [values[begin:end] for begin, end in ranges]
+    if sum(np.sum(step_sizes(part) > longest) for part in parts) > MAX_SPIKE_SHARE * (len(known) - 1):
         return False
-    without_spikes = (median_filter(part, 2 * MAX_SPIKE_SAMPLES + 1) for part in parts if len(part))
-    return not any((np.abs(np.diff(part)) > longest).any() for part in without_spikes)
+    return not any((step_sizes(part, 2 * MAX_SPIKE_SAMPLES + 1) > longest).any() for part in parts)
+
+
+def step_sizes(values: np.ndarray, median_of: int = 1) -> np.ndarray:
+    """Steps from reading to reading of a signal (N,), or of its running median."""
+    known = values[np.isfinite(values)]
+    return np.abs(np.diff(median_filter(known, median_of))) if known.size else np.zeros(0)
 
 
 def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:

@@ -43,7 +43,8 @@ UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
 }
 TIME_ALIASES = ("time", "timestamp", "stamp", "sec")  # other names of columns; only used to propose a mapping
 INPUT_ALIASES = (
-    "volt", "input", "motor", "command", "u", "vir", "effort", "torque", "tau", "force", "current", "pwm", "duty",
+    "volt", "input", "motor", "command", "u", "ua", "u_a", "vir", "effort", "torque", "tau", "force", "current", "pwm",
+    "duty",
 )  # fmt: skip
 INPUT_NAME_UNITS = {"volt": "V", "current": "A", "torque": "N m", "tau": "N m", "force": "N"}  # what a name suggests
 

@@ -36,6 +36,7 @@ MOSTLY_CHANCE_SENTENCE = (
     "The random force that is left has half the weight of all that is modelled, or more. No law of these signals is "
     "certain to predict it; on so short or so odd a log that says little."
 )
+MIN_LIKELY_FALL = 0.2  # relative, of the held-out error, with which an effect that is not certain is worth a word
 CLOSING_SENTENCES = {
     "nothing_missing": "Nothing more is missing.",
     "ambiguous": "Nothing more is missing, but a step was ambiguous.",
@@ -68,9 +69,21 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
                 f"library is worth naming, and {chance_sentence(result.remainder)}")  # fmt: skip
     if not has_repeating(result.remainder):
         return (f"Most of the motion is left to chance (error {error}, noise floor {floor}): no effect of the library "
-                f"accounts for it. {MOSTLY_CHANCE_SENTENCE}")  # fmt: skip
+                f"accounts for it. {MOSTLY_CHANCE_SENTENCE} {likely_text(result)}").strip()  # fmt: skip
+    repeating = repeating_text(result.remainder, result.problem.plant)
     return (f"Something that repeats is missing (error {error}, noise floor {floor}), and no effect of the library "
-            f"accounts for it. {repeating_text(result.remainder, result.problem.plant)}")  # fmt: skip
+            f"accounts for it. {repeating} {likely_text(result)}").strip()  # fmt: skip
+
+
+def likely_text(result: Diagnosis) -> str:
+    """The effect with which held-out data are predicted best though it is not certain, in a sentence; or nothing."""
+    tried = [c for c in result.refitted if c.is_possible and is_number(c.error_after)]
+    best = min(tried, key=lambda c: c.error_after, default=None)
+    if best is None or not is_number(result.error) or best.error_after > (1.0 - MIN_LIKELY_FALL) * result.error:
+        return ""
+    return (f"With {best.effect} {fall_text(result.error, best.error_after)} over {digits_text(result.horizon_s)} s; "
+            "behind this random force it is not certain, so record more, or try it: "
+            f"`wheelpend add {best.effect}`.")  # fmt: skip
 
 
 def has_repeating(left: Remainder | None) -> bool:
@@ -127,7 +140,7 @@ def closing_sentence(result: Ladder) -> str:
             return f"Nothing more that repeats is missing; {chance_sentence(result.last.remainder)}"
         left = result.last.remainder
         rest = repeating_text(left, result.problem.plant) if has_repeating(left) else MOSTLY_CHANCE_SENTENCE
-        return f"{CLOSING_SENTENCES[result.verdict]} {rest}".strip()
+        return " ".join(filter(None, (CLOSING_SENTENCES[result.verdict], rest, likely_text(result.last))))
     return CLOSING_SENTENCES[result.verdict]
 
 
