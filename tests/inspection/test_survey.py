@@ -271,13 +271,13 @@ def test_a_clock_that_counts_rows_is_a_guess(tmp_path):
 
 def test_a_shaft_in_degrees_is_no_carriage_that_goes_far_and_its_reference_counts_alike(tmp_path):
     t = np.arange(800) * 0.02
-    y, r = 90.37 * np.sin(t), 90.37 * np.sin(t + 0.02)
+    y, r = 170.37 * path_at(t), 170.37 * path_at(t + 0.02)
     u = np.sin(1.3 * t)
     _, model = proposed(written(tmp_path / "log.csv", {"t": t, "y_ref": r, "y": y, "ua": u}))
     assert model["plant"] == "slide" and model["columns"]["x"]["scale"] == pytest.approx(np.pi / 180)
     assert model["columns"]["x_ref"] == {"column": "y_ref", "scale": model["columns"]["x"]["scale"]}
     assert model["columns"]["v_in"]["column"] == "ua"
-    _, model = proposed(written(tmp_path / "log.csv", {"t": t, "y_ref": r / 10.0, "y": y / 10.0, "ua": u}))
+    _, model = proposed(written(tmp_path / "log.csv", {"t": t, "y_ref": r / 30.0, "y": y / 30.0, "ua": u}))
     assert "scale" not in model["columns"].get("x", {})
 
 
