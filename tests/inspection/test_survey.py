@@ -286,3 +286,34 @@ def test_a_rate_may_be_called_dot(tmp_path):
     columns = {"t": t, "u": np.sin(1.3 * t), "phi": np.sin(t), "phi_dot": np.cos(t)}
     found = roles(written(tmp_path / "log.csv", columns))
     assert found["phi_dot"] == "rate" and is_called_rate("phi_dot")
+
+
+def pole_on_a_cart(hanging: bool, pauses: bool = False) -> dict[str, np.ndarray]:
+    """Columns (N,) of a pole of 0.4 m on a cart, swinging below it or balanced above it by the cart."""
+    t, length, found = np.arange(1200) * DT_S, 0.4, []
+    angle, speed, x, dx = (0.5 if hanging else 0.05), 0.0, 0.0, 0.0
+    for k in range(len(t)):
+        found.append((x, angle))
+        for _ in range(5):
+            push = 1.5 * np.sin(2.1 * t[k]) + 1.1 * np.sin(5.7 * t[k] + 1.0)
+            if not hanging:
+                push += 30.0 * angle + 5.0 * speed + 2.0 * x + 3.0 * dx
+            gravity = (-9.81 if hanging else 9.81) * np.sin(angle)
+            speed += DT_S / 5 * ((gravity - push * np.cos(angle)) / length - 0.1 * speed)
+            angle, dx = angle + DT_S / 5 * speed, dx + DT_S / 5 * push
+            x += DT_S / 5 * dx
+    rng = np.random.default_rng(4)
+    place, tilt = np.array(found).T + rng.normal(size=(2, len(t))) * [[2e-4], [1e-3]]
+    if pauses:
+        t = t + 1.5 * (np.arange(len(t)) // 240)
+    return {"t": t, "u": np.round(rng.normal(size=len(t)), 3), "x": place, "angle": tilt}
+
+
+@pytest.mark.parametrize("pauses", [False, True])
+@pytest.mark.parametrize("hanging", [False, True])
+def test_a_pole_that_hangs_where_it_reads_zero_is_turned_upright(hanging, pauses, tmp_path):
+    proposal, model = proposed(written(tmp_path / "log.csv", pole_on_a_cart(hanging, pauses)))
+    assert model["plant"] == "cart_pole"
+    assert model["columns"]["theta_p"].get("offset", 0.0) == pytest.approx(np.pi if hanging else 0.0)
+    assert model.get("assumptions", {}).get("range") == ("any" if hanging else None)
+    assert any("measured from hanging" in s for s in proposal.sentences) == hanging

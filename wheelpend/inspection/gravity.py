@@ -11,6 +11,8 @@ from wheelpend.inspection.signals import Signals
 
 MIN_GRAVITY_GAIN = 1.3  # times less of an acceleration left by gravity, from which on it pulls the position back
 MIN_SWING_RAD = 0.5  # below which a spring would do as well
+MIN_POLE_SWING_RAD = 0.2  # of a pole, the cart's acceleration known
+MAX_POLE_ZERO_RAD = 0.5  # of what a pole reads as it hangs, to be measured from there
 MAX_ZERO_DEVIATION_RAD = 0.1  # of a zero from hanging or upright, within which it counts as that
 
 
@@ -30,6 +32,27 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], uni
     zero = float(math.atan2(cosine, -sine))
     upright = math.pi - abs(zero) < MAX_ZERO_DEVIATION_RAD  # ±π alike: that on whose side the log begins
     return math.copysign(zero, math.remainder(float(angle[0]), 4 * math.pi)) if upright else zero
+
+
+def hangs_at_zero(stretches: Sequence[Signals], cart: str, pole: str, unit: float = 1.0) -> bool:
+    """True of a pole on a cart whose angle is measured from hanging: gravity pulls it to where it reads 0.
+
+    The angle's acceleration is fitted by its speed and by that of the cart, whichever way the pole points, and then by
+    gravity beside them, over all stretches that have both.
+    """
+    both = [s for s in stretches if cart in s.channels and pole in s.channels]
+    if not both:
+        return False
+    angle, speed, bend = (np.concatenate([s.smooth(pole, k)[s.rows] for s in both]) / unit for k in range(3))
+    push = np.concatenate([s.smooth(cart, 2)[s.rows] for s in both])
+    gravity = np.column_stack([np.sin(angle), np.cos(angle)])
+    moved = np.column_stack([speed, push[:, None] * gravity])
+    without, _ = residual_power(np.column_stack([moved, np.ones(len(angle))]), bend)
+    pulled, coefficients = residual_power(np.column_stack([moved, gravity]), bend)
+    if np.ptp(angle) < MIN_POLE_SWING_RAD or without < MIN_GRAVITY_GAIN * pulled:
+        return False
+    sine, cosine = coefficients[-2:]
+    return abs(math.atan2(cosine, -sine)) < MAX_POLE_ZERO_RAD
 
 
 def gravity_misfit(signals: Signals, place: str, inputs: Sequence[str], unit: float) -> float:

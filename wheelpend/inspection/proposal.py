@@ -14,7 +14,7 @@ from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.angle_unit import is_in_degrees
 from wheelpend.inspection.column_names import input_unit, is_no_place, stated_unit, unit_within
-from wheelpend.inspection.gravity import gravity_zero, zero_offset
+from wheelpend.inspection.gravity import gravity_zero, hangs_at_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, places_of, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
@@ -59,7 +59,8 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     maps |= followed_reference(survey, best, maps)
     reasons = surplus_reasons(survey, best) | {n: g.reason for n, g in guesses.items()}
     beyond = is_beyond_its_range(survey, best, maps)
-    if beyond:
+    hangs = not beyond and is_hanging_pole(survey, best)
+    if beyond or hangs:
         best = best._replace(assumptions={**best.assumptions, "range": "any"})
     sentences = [
         plants_sentence(found or [best]),
@@ -69,8 +70,15 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     if beyond:
         column = best.columns[best.table.range_channel]
         sentences.append(f'{column} is beyond ±π/2 for most of the log: it hangs or swings up, hence range = "any".')
-    sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
     offsets = {places_of(best.table)[0]: offset} if offset else {}
+    if hangs:
+        column = best.columns[best.table.range_channel]
+        offsets = {best.table.range_channel: math.pi}
+        sentences.append(
+            f"{column} is measured from hanging, by what gravity does to it; {best.table.range_channel} is 0 upright, "
+            'hence the offset, and range = "any".'
+        )
+    sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
     maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
     text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})
     return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found or [best])), reasons, missing)
@@ -87,6 +95,17 @@ def is_beyond_its_range(survey: Survey, best: Candidate, maps: Mapping[str, Colu
     known = survey.values[column][np.isfinite(survey.values[column])]
     beyond = np.abs(known * entry.scale * unit) > math.pi / 2
     return bool(beyond.size and beyond[0] and 2 * np.count_nonzero(beyond) > len(beyond))
+
+
+def is_hanging_pole(survey: Survey, best: Candidate) -> bool:
+    """True of a pole on a cart whose angle is measured from hanging, where the plant allows any angle."""
+    name, places = best.table.range_channel, places_of(best.table)
+    carts = [p for p in places if best.table.units[p] == "m"]
+    if not best.table.words.anywhere or name not in best.columns or len(carts) != 1 or carts[0] not in best.columns:
+        return False
+    cart, pole = best.columns[carts[0]], best.columns[name]
+    unit = DEGREES_PER_RADIAN if looks_like_degrees(survey, pole) else 1.0
+    return hangs_at_zero(survey.stretches, cart, pole, unit)
 
 
 def surplus_reasons(survey: Survey, best: Candidate) -> dict[str, str]:

@@ -14,6 +14,7 @@ from wheelpend.numerics import gaussian_smoothed
 
 MAX_ANALYSED_SAMPLES = 40_000  # samples analysed for signs and clocks; of a longer log, those in its middle
 MIN_ANALYSED_SAMPLES = 400  # samples, below which nothing is concluded on signs and clocks
+MIN_STRETCH_SAMPLES = 100  # samples of a stretch that is looked at beside others
 MAX_SHIFT_SAMPLES = 30  # samples, the largest time shift looked for
 MIN_SHIFT_SAMPLES = 2.5  # samples, the smallest time shift reported
 JACKKNIFE_BLOCKS = 8  # blocks of a log, of which the jackknife makes a standard error
@@ -82,6 +83,21 @@ def uniform_signals(
     first, last = first + spare, last - spare
     if last - first < least:
         return None
+    found = _signals_of(log, first, last, input)
+    if found is None or (all_needed and len(found.channels) < len(log.channels)):
+        return None
+    return found if len(found.rows) >= 4 * JACKKNIFE_BLOCKS else None
+
+
+def all_signals(log: Log) -> tuple[Signals, ...]:
+    """Every gapless stretch of a log that leaves a few samples clear of its ends, with the channels that it has."""
+    runs = gapless_ranges(replace(log, range_channel=""), 0, min(len(log), MAX_ANALYSED_SAMPLES))
+    found = (_signals_of(log, first, last, "") for first, last in runs if last - first >= MIN_STRETCH_SAMPLES)
+    return tuple(s for s in found if s is not None and len(s.rows) >= JACKKNIFE_BLOCKS)
+
+
+def _signals_of(log: Log, first: int, last: int, input: str) -> Signals | None:
+    """A stretch of a log on a uniform grid, with the channels that are read often enough; None without any."""
     t, dt = log.t[first:last], log.dt
     grid = np.arange(t[0] + dt, t[-1] - dt, dt)
     held = log.voltage[first : last - 1] if log.voltage.ndim == 1 else np.zeros(last - first - 1)
@@ -92,10 +108,7 @@ def uniform_signals(
         known = np.isfinite(values)
         if known.sum() >= MIN_ANALYSED_SAMPLES // 4:
             channels[name] = np.interp(grid, t[known], values[known])
-    if not channels or (all_needed and len(channels) < len(log.channels)):
-        return None
-    signals = Signals(dt, np.diff(np.interp(edges, t, charge)) / dt, channels, input)
-    return signals if len(signals.rows) >= 4 * JACKKNIFE_BLOCKS else None
+    return Signals(dt, np.diff(np.interp(edges, t, charge)) / dt, channels, input) if channels else None
 
 
 def with_channel(log: Log, name: str, values: np.ndarray) -> Log:

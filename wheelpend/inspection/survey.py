@@ -30,7 +30,7 @@ from wheelpend.inspection.counters import counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
 from wheelpend.inspection.kinematics import RatePair, rate_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
-from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, uniform_signals
+from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import check_time, starts_at_rest
 from wheelpend.logs.columns import TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
@@ -92,6 +92,7 @@ class Survey(NamedTuple):
     signals: Signals | None
     values: dict[str, np.ndarray]
     scalars: dict[str, float]
+    stretches: tuple[Signals, ...] = ()  # without a gap, short ones too
 
     def of_role(self, role: str) -> list[str]:
         """Names of the columns of a role, in the file's order."""
@@ -141,7 +142,7 @@ def survey_file(path: Path) -> Survey:
         remark = counters.get(name, remark)
         remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
-    return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path))
+    return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path), all_signals(log))
 
 
 def beside_clock(name: str, values: np.ndarray, t: np.ndarray) -> str:
