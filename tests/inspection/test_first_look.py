@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from tests.inspection.test_survey import pole_on_a_cart
 from tests.plants.machines import log_of
 from tests.support import DATA, run, simulated
 from wheelpend import Failure, Model, simulate
@@ -199,8 +200,13 @@ def test_a_pole_that_hangs_may_be_anywhere_and_one_that_balances_may_not(tmp_pat
     voltage, swing = 6.0 * (np.sin(1.7 * t) > 0.3), 0.4 * np.exp(-0.2 * t) * np.sin(5.0 * t)
     place = 0.1 * np.cumsum(voltage - 2.0 * np.tanh(t)) * 0.01
     scale = np.degrees(1.0) if unit == "deg" else 1.0
-    for name, upright in (("hanging", np.pi), ("balancing", 0.0)):
-        columns = {"t": t, "volt": voltage, "x": place, f"theta_{unit}": scale * (upright + swing)}
+    balanced = pole_on_a_cart(hanging=False)
+    logs = {
+        "hanging": {"t": t, "volt": voltage, "x": place, f"theta_{unit}": scale * (np.pi + swing)},
+        "balancing": {f"theta_{unit}" if n == "angle" else n: v for n, v in balanced.items()},
+    }
+    logs["balancing"][f"theta_{unit}"] = scale * logs["balancing"][f"theta_{unit}"]
+    for name, columns in logs.items():
         pl.DataFrame(columns).write_csv(tmp_path / f"{name}.csv")
     found = {name: first_look(tmp_path / f"{name}.csv", "cart_pole") for name in ("hanging", "balancing")}
     assert 'range = "any"' in found["hanging"].model and "range" not in found["balancing"].model
