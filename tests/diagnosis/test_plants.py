@@ -1,5 +1,6 @@
 """Hidden effects found on other plants."""
 
+import numpy as np
 import pytest
 
 from wheelpend import Model, diagnose, explain, simulate
@@ -21,3 +22,16 @@ def test_ripples_along_a_length_are_looked_for_in_its_own_measure():
     found = diagnose(model, [log])
     assert found.candidates[0].effect == "cogging"
     assert found.candidates[0].coefficients["periods"] == pytest.approx(300.0, rel=0.001)
+
+
+def test_a_log_at_constant_speeds_says_that_it_does_not_determine_the_mass():
+    """Behind an infinite mass nothing is missing, whatever drives it: the verdict alone would be taken for praise."""
+    step = np.arange(270) * 0.005
+    t = np.concatenate([step, step + 2.35])
+    x = np.concatenate([0.44 * step - 0.3, 0.3 - 0.46 * step])
+    x += 1e-4 * np.random.default_rng(3).normal(size=t.size)
+    log = {"t": t, "v_in": np.repeat([9.0, -9.0], 270), "x": x}
+    model = Model.parse('plant = "slide"\n')
+    found, ladder = diagnose(model, log), explain(model, log)
+    for result in (found, ladder):
+        assert any("do not determine" in w and "X1 = " in w for w in result.warnings), result.warnings

@@ -43,11 +43,11 @@ def undetermined(table, told=()):
     return undetermined_warnings(module, model.plant_signature, table, told)
 
 
-def test_a_positive_parameter_that_is_smaller_than_its_standard_error_is_not_determined():
-    table = {"X1": Estimate(0.1, 0.3, "V s²/rad"), "X2": Estimate(0.1, 0.05, "V s²/rad"),
+def test_a_positive_parameter_that_is_smaller_than_two_standard_errors_is_not_determined():
+    table = {"X1": Estimate(0.1, 0.06, "V s²/rad"), "X2": Estimate(0.1, 0.05, "V s²/rad"),
              "coulomb_drive.torque": Estimate(0.2, 0.2, "V")}  # fmt: skip
     assert undetermined(table) == (
-        "X1 = 0.1 ± 0.3 V s²/rad: these logs do not determine it. "
+        "X1 = 0.1 ± 0.06 V s²/rad: these logs do not determine it. "
         "`wheelpend design` writes the command for a log that does.",
         "coulomb_drive.torque = 0.2 ± 0.2 V: these logs do not tell it from zero, and the model may do without "
         "coulomb_drive.",

@@ -13,7 +13,7 @@ import numpy as np
 from derive.parameter_name import effect_of
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
-from wheelpend.estimation.estimate import Estimate, is_known_to_its_size
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.free_parameters import effect_parameter
 from wheelpend.estimation.parameter_table import astray_names
 from wheelpend.estimation.parameters import FreeParameter, kernel_parameters
@@ -23,7 +23,7 @@ from wheelpend.kernels.kernel_module import KernelModule
 
 LARGE_FORCE_SHARE = 0.5  # of the modelled forces on a row: from there on chance has more weight than they
 MAX_INERTIA_RATIO = 2.0  # of two estimates of an inertia, beyond which one of them is wrong
-MAX_KNOWN_SIGMA_SHARE = 0.5  # of its value, standard error up to which inverse dynamics knows an inertia
+MAX_KNOWN_SIGMA_SHARE = 0.5  # of its value, standard error up to which a parameter is known: 95 % end before zero
 MIN_DISAGREEMENT_SIGMAS = 2.0  # standard errors of both together, within which two estimates agree
 BOUND_TOLERANCE_SIGMAS = 1e-6  # standard errors: by chance no estimate comes so near to a bound
 
@@ -77,12 +77,12 @@ def _bound_sentence(parameter: FreeParameter, bound: float, beyond: str) -> str:
 def undetermined_warnings(
     module: KernelModule, plant: PlantSignature, table: Mapping[str, Estimate], told: Collection[str] = ()
 ) -> tuple[str, ...]:
-    """A warning of the positive parameters whose standard error is as large as they are, but for those already told."""
+    """A warning of the positive parameters whose 95 % interval reaches to zero, but for those already told."""
     found = {
         n: e
         for n, e in table.items()
         if e.identifiable and n not in told and _is_positive(n, module, plant)
-        and e.value != 0.0 and not is_known_to_its_size(e.value, e.sigma)
+        and e.value != 0.0 and e.sigma > MAX_KNOWN_SIGMA_SHARE * abs(e.value)
     }  # fmt: skip
     zero = [n for n in found if (row := effect_parameter(n, plant)) and row.absent == 0.0]
     own = [n for n in found if n not in zero]
