@@ -20,6 +20,7 @@ from derive.lazy import Decay, Least, Magnitude, Sign, Step, functions, sp
 
 RIGID_STIFFNESS_V_RAD = 4000.0  # V/rad: a stiffness that counts as rigid, as that of the teeth on either side of a play
 CONTACT_LOSS_S_RAD = 1.5  # s/rad: how much of the bounce a contact takes
+MOTOR_REMARK = "Only where a motor acts."
 
 
 def contact_force(q: sp.Expr, dq: sp.Expr) -> sp.Expr:
@@ -66,10 +67,12 @@ EFFECT_ROWS = (
         residual="a constant missing force of opposite sign on the two rows, whatever the speed.",
         resembles="`voltage_offset`, always: see below; also `slope`, which acts on the wheel row alone.",
         remarks=(
-            "|F| is not more than the dry friction it belongs to, or it would drive the machine one way. Where no "
-            "motor acts more of it is named only if it is far likelier than all else: it may stand for a wrong zero.",
+            "|F| is not more than the dry friction it belongs to, or it would drive the machine one way: then it is "
+            "the motor's or its driver's.",
+            MOTOR_REMARK,
         ),
         varies="coulomb_drive",
+        needs_motor=True,
     ),
     Effect(
         "viscous_asymmetry",
@@ -85,8 +88,10 @@ EFFECT_ROWS = (
             "It takes energy out as long as |c| is less than the viscous friction itself. Where the model has less of "
             "that, it is judged impossible, but for plants whose own parameters contain it: X6 and X7 contain the "
             "motor's back-EMF too.",
+            MOTOR_REMARK,
         ),
         varies="viscous_drive",
+        needs_motor=True,
     ),
     Effect(
         "load_friction",
@@ -279,6 +284,7 @@ EFFECT_ROWS = (
         means="The drive pulls towards preferred positions: magnets, brushes, or a damaged tooth.",
         phased=("sine", "cosine"),
         resembles="other disturbances that repeat with the wheel's angle.",
-        remarks=("The diagnosis searches 1 to 60 periods per turn.",),
+        remarks=("The diagnosis searches 1 to 60 periods per turn.", MOTOR_REMARK),
+        needs_motor=True,
     ),
 )

@@ -44,7 +44,6 @@ def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0
         falls,
         relative,
         BEHIND_ONE_FILTER,
-        False,
     )
 
 
@@ -147,7 +146,7 @@ def rival(effect, in_sample, likelihood, falls, rises=0.0):
     falls = np.array(falls)
     gains = np.array(likelihood)
     return Judged(
-        candidate, model, prediction, gains, in_sample, 0.0, 0.0, rises, falls, falls / 1e3, BEHIND_ONE_FILTER, False
+        candidate, model, prediction, gains, in_sample, 0.0, 0.0, rises, falls, falls / 1e3, BEHIND_ONE_FILTER
     )
 
 
@@ -240,13 +239,3 @@ def test_a_simple_law_is_certain_where_one_that_has_it_in_it_is_and_it_clearly_l
         simple._replace(less_force=0.0, less_on_row=0.0),
     ):
         assert found(other) == []
-
-
-def test_what_would_drive_the_machine_stands_for_what_would_not_unless_it_is_far_likelier():
-    zero = rival("encoder_zero", 40.0, 2.0 * BLOCKS, 10.0 * BLOCKS)
-    pushing = rival("coulomb_asymmetry", 52.0, 2.0 * BLOCKS, 10.0 * BLOCKS)._replace(drives=True)
-    assert not_led([zero, pushing], [zero, pushing]) == [zero]
-    assert not_led([pushing], [pushing]) == [pushing]  # nothing else explains as much
-    far_likelier = pushing._replace(in_sample=55.0)
-    assert not_led([zero, far_likelier], [zero, far_likelier]) == [zero, far_likelier]
-    assert not_led([zero, pushing._replace(drives=False)], []) == [zero, pushing._replace(drives=False)]

@@ -14,6 +14,7 @@ from wheelpend.diagnosis.structures import (
     Structure,
     probability_of,
     probability_of_none,
+    probability_of_nothing_seen,
     structures,
 )
 from wheelpend.diagnosis.verdict import and_what_replaced
@@ -55,6 +56,14 @@ def test_beside_what_is_certain_another_may_be_too_small():
     beside = sum(s.probability for n, s in found.items() if len(n) == 2)
     assert 0.1 < beside / found["a",].probability < 0.5
     assert probability_of(["a"], [*found.values()]) > 0.9
+
+
+def test_nothing_is_seen_where_each_effect_may_be_too_small_and_none_is_likely():
+    def nothing(nats):
+        return probability_of_nothing_seen(structures([RoundEvidence({"a": even(nats)}, "")], LIBRARY, 1.0))
+
+    assert nothing(-6.0) == pytest.approx(1.0 - probability_of_none(1.0), abs=0.05)
+    assert 0.3 < nothing(3.5) < 0.7 and nothing(20.0) < 1e-3
 
 
 def test_an_effect_needs_evidence_for_the_size_of_the_library_too():

@@ -21,6 +21,7 @@ from wheelpend.diagnosis.verdict import (
     structurally_equivalent,
     verdict_on,
     with_steps,
+    with_structures,
 )
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
@@ -174,6 +175,26 @@ def test_an_effect_that_leaves_a_rest_is_the_answer_only_where_more_effects_expl
 
 def replace_error(base, error):
     return base._replace(error=error)
+
+
+def told_with_structures(nats, verdict="nothing_missing", rounds=1, by_likelihood=True):
+    """Verdict, and what would have been shown, of a search with this evidence for an effect that is not certain."""
+    tried = SimpleNamespace(effect="link_scale", evidence=np.full(20, nats / 20), is_possible=True)
+    rest = [SimpleNamespace(name=f"other_{k}") for k in range(12)]
+    problem = SimpleNamespace(replaced=lambda name: (), candidates=lambda: [SimpleNamespace(name="link_scale"), *rest])
+    searched = SimpleNamespace(refitted=(tried,), named=(), problem=problem, p_value_of_rest=1.0)
+    fields = {"verdict": verdict, "by_likelihood": by_likelihood, "named": (), "detectable": {"slope": {}}}
+    blank = make_dataclass("Blank", [*fields, "structures", "candidates"])(*fields.values(), (), ())
+    found = with_structures(blank, [searched] * rounds)
+    return found.verdict, found.detectable
+
+
+def test_where_nothing_is_certain_but_nothing_missing_improbable_something_is_unexplained():
+    assert told_with_structures(20.0) == ("unexplained", {})
+    assert told_with_structures(2.0) == ("nothing_missing", {"slope": {}})
+    assert told_with_structures(20.0, by_likelihood=False)[0] == "nothing_missing"  # sensor noise is reached
+    assert told_with_structures(20.0, rounds=2)[0] == "nothing_missing"  # further effects are many, each unlikely
+    assert told_with_structures(2.0, verdict="unexplained")[0] == "unexplained"
 
 
 def test_a_diagnosis_says_which_effects_its_search_added_and_what_they_leave():

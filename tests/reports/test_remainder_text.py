@@ -132,3 +132,23 @@ def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_
     assert ("no law of these signals predicts it" in said) != slow
     found = SimpleNamespace(error=29.6, noise_floor=1.0, verdict="nothing_missing", remainder=left)
     assert ("so slow that" in verdict_beside_force_text(found)) == slow
+
+
+@pytest.mark.parametrize(
+    ("share", "what"), [(0.26, "Something is missing"), (0.8, "Most of the motion is left to chance")]
+)
+def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as_uncertain(share, what):
+    def tried(effect, error_after, is_possible=True):
+        return SimpleNamespace(effect=effect, error_after=error_after, is_possible=is_possible)
+
+    def said(*refitted):
+        found = SimpleNamespace(
+            error=35.0, noise_floor=1.0, verdict="unexplained", remainder=Remainder({"wheel": force(share=share)}),
+            refitted=refitted, horizon_s=0.5, problem=SimpleNamespace(plant=MODEL.plant_signature),
+        )  # fmt: skip
+        return verdict_beside_force_text(found)
+
+    best = said(tried("slope", 12.0), tried("viscous_drive", 8.0), tried("backlash", 2.0, is_possible=False))
+    assert best.startswith(what) and ("improbable" in best) == (share < 0.5)
+    assert "With viscous_drive the held-out error falls from 35 to 8" in best and "not certain" in best
+    assert "With" not in said(tried("slope", 30.0)) and "With" not in said()

@@ -42,17 +42,6 @@ def is_within_its_friction(problem: EstimationProblem, effect: Effect, fitted: F
     return isinstance(effect.enters, DryForce) or not _exceeds_its_friction(problem, effect, fitted)
 
 
-def drives_one_way(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:
-    """True of a dry friction whose difference between directions is larger than it, where no motor acts.
-
-    It is then a constant torque, which nothing makes there, and may well stand for a zero that is off. With a motor it
-    may be its driver's.
-    """
-    if not isinstance(effect.enters, DryForce) or effect.enters.port in problem.plant.driven_ports:
-        return False
-    return _exceeds_its_friction(problem, effect, fitted)
-
-
 def _exceeds_its_friction(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:
     """True of a difference between directions larger than the friction of the model, beyond two standard errors.
 

@@ -129,6 +129,12 @@ def probability_of_none(p_value: float) -> float:
     return min(odds / (1.0 + odds), MAX_PROBABILITY_OF_NONE)
 
 
+def probability_of_nothing_seen(known: Sequence[Structure]) -> float:
+    """Probability that nothing is missing, or one effect that is too small for these logs to show."""
+    nothing = sum(s.probability for s in known if not s.effects)
+    return nothing + sum(s.unseen for s in known if len(s.effects) == 1)
+
+
 def probability_of(effects: Collection[str], known: Sequence[Structure]) -> float:
     """Probability that one of some effects is missing, alone, with others, or beside what is not in the library."""
     other = sum(s.probability for s in known if s.effects == (NONE_OF_THESE,))

@@ -19,7 +19,13 @@ from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, whe
 from wheelpend.diagnosis.negligible import is_negligible, negligible_sentences
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.score_test import ScoreTest
-from wheelpend.diagnosis.structures import RoundEvidence, Structure, probability_of, structures
+from wheelpend.diagnosis.structures import (
+    RoundEvidence,
+    Structure,
+    probability_of,
+    probability_of_nothing_seen,
+    structures,
+)
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.estimate import ESTIMATE_COLUMNS
 from wheelpend.estimation.fit import Fit
@@ -35,6 +41,7 @@ from wheelpend.notebook import DrawnResult, ResultTable
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 
+MIN_NOTHING_PROBABILITY = 0.05  # with which nothing may be missing, where nothing is certain to be
 CANDIDATE_COLUMNS = {**ESTIMATE_COLUMNS, "p_value": float, "probability": float}  # of tables of effects
 
 
@@ -159,9 +166,15 @@ def revise_verdict(found: Diagnosis, last: Diagnosis) -> Diagnosis:
 
 
 def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
-    """A diagnosis with the probabilities of what may be missing, by the rounds of its search."""
+    """A diagnosis with the probabilities of what may be missing, by the rounds of its search.
+
+    Where no effect is certain, but that nothing is missing is improbable too, something is unexplained.
+    """
     evidence = [_round_evidence(one) for one in rounds]
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
+    if found.by_likelihood and found.verdict == "nothing_missing" and len(rounds) == 1 and not found.named:
+        improbable = probability_of_nothing_seen(known) < MIN_NOTHING_PROBABILITY
+        found = replace(found, verdict="unexplained", detectable={}) if improbable else found
     likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
     return replace(found, structures=known, candidates=tuple(replace(c, probability=p) for c, p in likely))
 

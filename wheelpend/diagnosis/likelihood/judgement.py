@@ -36,7 +36,7 @@ from wheelpend.diagnosis.likelihood.held_out import (
 )
 from wheelpend.diagnosis.likelihood.meaning import has_meaning, rest_has_meaning
 from wheelpend.diagnosis.likelihood.refits import at_sources
-from wheelpend.diagnosis.physical import drives_one_way, is_determined
+from wheelpend.diagnosis.physical import is_determined
 from wheelpend.diagnosis.score_test import size_names
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import simpler_effects
@@ -46,7 +46,6 @@ from wheelpend.estimation.validation import validation_residuals
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either part where both say much together
 MIN_FORCE_SHARE = 1e-3  # of the drive on its row: below that a force is negligible
 MAX_SHARE = 10.0  # of the drive on its row, from which a force says that next to nothing drives it
-ODDS_AGAINST_DRIVING = 1000.0  # prior odds that a constant torque where nothing makes one stands for something else
 
 
 class Judged(NamedTuple):
@@ -63,7 +62,6 @@ class Judged(NamedTuple):
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
     relative_falls: np.ndarray  # (blocks,) over the sum of both, between -1 and 1
     follows: np.ndarray  # (blocks,) of held-out log-likelihood, over the model without it behind the same filter [nats]
-    drives: bool  # True of what would drive the machine one way, where nothing does: it stands for something else
 
     @property
     def evidence(self) -> float:
@@ -213,10 +211,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     )
     in_sample = base.model.deviance - larger.deviance
     forces = falls_of_force(base.model, larger)
-    drives = drives_one_way(larger.problem, row, fitted)
-    return Judged(
-        candidate, larger, predicted, gains, in_sample, *forces, rises, falls, relative_falls, follows, drives
-    )
+    return Judged(candidate, larger, predicted, gains, in_sample, *forces, rises, falls, relative_falls, follows)
 
 
 def agreement(*kinds: np.ndarray) -> str:
@@ -319,14 +314,11 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
 def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:
     """Supported effects that none clearly leads, with more evidence, which may be but is not supported itself.
 
-    What is missing then is rather like that one, and the lesser effect stands in for it. So does what would drive the
-    machine one way for another supported one that would not, unless it is far likelier.
+    What is missing then is rather like that one, and the lesser effect stands in for it.
     """
     names = {j.candidate.effect for j in supported}
     others = [j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.is_likelier]
-    best = max((j.evidence for j in supported if not j.drives), default=-np.inf)
-    free = [j for j in supported if not j.drives or j.evidence >= best + np.log(ODDS_AGAINST_DRIVING)]
-    return [j for j in free if not any(_stands_in_for(j, o) for o in others)]
+    return [j for j in supported if not any(_stands_in_for(j, o) for o in others)]
 
 
 def certain_within(judged: Sequence[Judged], supported: Sequence[Judged], error_before: float) -> list[Judged]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from derive import effects as library
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
+from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.model.units import PlantUnits
 from wheelpend.reports.numbers import (
     digits_text,
@@ -35,6 +36,10 @@ SLOW_CHANCE_SENTENCE = "what remains is so slow that these logs do not tell chan
 MOSTLY_CHANCE_SENTENCE = (
     "The random force that is left has half the weight of all that is modelled, or more. No law of these signals is "
     "certain to predict it; on so short or so odd a log that says little."
+)
+UNCERTAIN_SENTENCE = (
+    "That nothing is missing is improbable, but these data make no effect certain: the probabilities say which ones "
+    "are likely, and a longer log with more motion will tell."
 )
 MIN_LIKELY_FALL = 0.2  # relative, of the held-out error, with which an effect that is not certain is worth a word
 CLOSING_SENTENCES = {
@@ -67,12 +72,20 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
     if result.verdict == "nothing_missing":
         return (f"Nothing that repeats is missing: the error is {error} (noise floor {floor}), no effect of the "
                 f"library is worth naming, and {chance_sentence(result.remainder)}")  # fmt: skip
+    what = "Something that repeats is missing"
     if not has_repeating(result.remainder):
-        return (f"Most of the motion is left to chance (error {error}, noise floor {floor}): no effect of the library "
-                f"accounts for it. {MOSTLY_CHANCE_SENTENCE} {likely_text(result)}").strip()  # fmt: skip
-    repeating = repeating_text(result.remainder, result.problem.plant)
-    return (f"Something that repeats is missing (error {error}, noise floor {floor}), and no effect of the library "
-            f"accounts for it. {repeating} {likely_text(result)}").strip()  # fmt: skip
+        what = "Most of the motion is left to chance" if is_mostly_chance(result.remainder) else "Something is missing"
+    return (f"{what} (error {error}, noise floor {floor}), and no effect of the library accounts for it. "
+            f"{unexplained_text(result)}").strip()  # fmt: skip
+
+
+def unexplained_text(result: Diagnosis) -> str:
+    """What is known of something that no effect accounts for beside a random force, in sentences."""
+    if has_repeating(result.remainder):
+        rest = repeating_text(result.remainder, result.problem.plant)
+    else:
+        rest = MOSTLY_CHANCE_SENTENCE if is_mostly_chance(result.remainder) else UNCERTAIN_SENTENCE
+    return " ".join(filter(None, (rest, likely_text(result))))
 
 
 def likely_text(result: Diagnosis) -> str:
@@ -138,9 +151,7 @@ def closing_sentence(result: Ladder) -> str:
     if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
         if result.verdict == "nothing_missing":
             return f"Nothing more that repeats is missing; {chance_sentence(result.last.remainder)}"
-        left = result.last.remainder
-        rest = repeating_text(left, result.problem.plant) if has_repeating(left) else MOSTLY_CHANCE_SENTENCE
-        return " ".join(filter(None, (CLOSING_SENTENCES[result.verdict], rest, likely_text(result.last))))
+        return f"{CLOSING_SENTENCES[result.verdict]} {unexplained_text(result.last)}".strip()
     return CLOSING_SENTENCES[result.verdict]
 
 
