@@ -197,6 +197,19 @@ def test_where_nothing_is_certain_but_nothing_missing_improbable_something_is_un
     assert told_with_structures(2.0, verdict="unexplained")[0] == "unexplained"
 
 
+@pytest.mark.parametrize(("nats", "warned"), [(1.0, True), (15.0, False)])
+def test_an_effect_that_is_less_likely_than_nothing_is_named_with_a_warning(nats, warned):
+    tried = SimpleNamespace(effect="link_scale", evidence=np.full(20, nats / 20), is_possible=True)
+    rest = [SimpleNamespace(name=f"other_{k}") for k in range(12)]
+    problem = SimpleNamespace(replaced=lambda name: (), candidates=lambda: [SimpleNamespace(name="link_scale"), *rest])
+    searched = SimpleNamespace(refitted=(tried,), named=(tried,), problem=problem, p_value_of_rest=1.0)
+    fields = {"verdict": "effect_missing", "by_likelihood": True, "named": (tried,), "warnings": ("a gap",)}
+    blank = make_dataclass("Blank", [*fields, "structures", "candidates"])(*fields.values(), (), ())
+    found = with_structures(blank, [searched, SimpleNamespace(**{**vars(searched), "named": (), "refitted": ()})])
+    assert found.warnings[0] == "a gap" and found.verdict == "effect_missing"
+    assert any("link_scale is significant, but" in w for w in found.warnings) == warned
+
+
 def test_a_diagnosis_says_which_effects_its_search_added_and_what_they_leave():
     def one(name, error):
         return SimpleNamespace(named=(SimpleNamespace(effect=name),), error=error)

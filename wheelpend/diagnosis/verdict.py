@@ -168,15 +168,30 @@ def revise_verdict(found: Diagnosis, last: Diagnosis) -> Diagnosis:
 def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     """A diagnosis with the probabilities of what may be missing, by the rounds of its search.
 
-    Where no effect is certain, but that nothing is missing is improbable too, something is unexplained.
+    Where no effect is certain, but that nothing is missing is improbable too, something is unexplained. Where that is
+    likelier than the effect that is named, a warning says so.
     """
     evidence = [_round_evidence(one) for one in rounds]
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
     if found.by_likelihood and found.verdict == "nothing_missing" and len(rounds) == 1 and not found.named:
         improbable = probability_of_nothing_seen(known) < MIN_NOTHING_PROBABILITY
         found = replace(found, verdict="unexplained", detectable={}) if improbable else found
+    if rounds[0].named and (said := _less_likely_than_nothing(rounds, known)):
+        found = replace(found, warnings=(*found.warnings, said))
     likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
     return replace(found, structures=known, candidates=tuple(replace(c, probability=p) for c, p in likely))
+
+
+def _less_likely_than_nothing(rounds: Sequence[Diagnosis], known: Sequence[Structure]) -> str:
+    """That the first effect of a search is less likely than that nothing is missing; nothing where it is not."""
+    first = rounds[0].named[0].effect
+    own, nothing = probability_of(and_what_replaced(first, rounds), known), probability_of_nothing_seen(known)
+    if own >= nothing:
+        return ""
+    return (
+        f"{first} is significant, but that nothing is missing is likelier (probability {100 * nothing:.0f} % against "
+        f"{100 * own:.0f} %): a log so short names it only as a suspect. Record a longer one."
+    )
 
 
 def with_steps(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
