@@ -13,7 +13,13 @@ from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError
 from wheelpend.identification.widening import Widening
 from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences, widening_sentences
-from wheelpend.reports.text.verdict import closing_sentence, repeating_text, verdict_beside_force_text
+from wheelpend.reports.text.unexplained import unexplained_sentences
+from wheelpend.reports.text.verdict import (
+    MOSTLY_CHANCE_SENTENCE,
+    closing_sentence,
+    repeating_text,
+    verdict_beside_force_text,
+)
 
 MODEL = Model.default()
 
@@ -152,3 +158,13 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     assert best.startswith(what) and ("improbable" in best) == (share < 0.5)
     assert "With viscous_drive the held-out error falls from 35 to 8" in best and "not certain" in best
     assert "With" not in said(tried("slope", 30.0)) and "With" not in said()
+
+
+def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
+    last = SimpleNamespace(
+        by_likelihood=True, named=(), remainder=Remainder({"wheel": force(share=0.8)}), refitted=(), error=35.0,
+        problem=SimpleNamespace(plant=MODEL.plant_signature),
+    )  # fmt: skip
+    ladder = SimpleNamespace(verdict="unexplained", last=last, repeats=(), remainder=last.remainder)
+    assert unexplained_sentences(ladder) == [MOSTLY_CHANCE_SENTENCE]
+    assert unexplained_sentences(SimpleNamespace(**{**vars(ladder), "verdict": "nothing_missing"})) == []

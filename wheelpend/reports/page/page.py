@@ -31,7 +31,7 @@ from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
 from wheelpend.reports.text.force_ranges import typeset_force_ranges
 from wheelpend.reports.text.remainder import remainder_sentences
 from wheelpend.reports.text.title import title_text
-from wheelpend.reports.text.unexplained import repeatability_sentences
+from wheelpend.reports.text.unexplained import unexplained_sentences
 from wheelpend.reports.text.verdict import ambiguity_sentences, headline_sentences, short_verdict_text
 
 REPORTED_PACKAGES = ("sympy", "numpy", "scipy", "numba", "plotly")
@@ -96,7 +96,7 @@ def page_html(
         doubts=ambiguity_sentences(explanation),
         remains=typeset_force_ranges(still_missing, quantities),
         left=[display_text(line) for line in remainder_sentences(explanation.remainder, explanation.model)],
-        repeats=[display_text(line) for line in repeatability_sentences(explanation.repeats, explanation.remainder)],
+        repeats=[display_text(line) for line in unexplained_sentences(explanation)],
         law=law_table(explanation.law) if explanation.law else None,
         e=explanation,
         charts=page_charts(explanation, quantities, earlier),

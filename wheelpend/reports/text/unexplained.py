@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from derive.parameter_name import effect_of, short_name
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.reports.numbers import digits_text, incomplete_percent_text
+from wheelpend.reports.text.verdict import rest_beside_force_text
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.explain import Ladder
@@ -52,6 +53,14 @@ def repeatability_sentences(repeats: Sequence[ExplainedForce], left: Remainder |
         shares = ", ".join(f"{place_text(r)} {incomplete_percent_text(r.repeatable)}" for r in others)
         lines.append(f"As a force elsewhere it would be: {shares}.")
     return lines
+
+
+def unexplained_sentences(result: Ladder) -> list[str]:
+    """What is known of something that stays unexplained behind the last step of a ladder."""
+    last, repeating = result.last, repeatability_sentences(result.repeats, result.remainder)
+    if result.verdict != "unexplained" or not last.by_likelihood or last.named:
+        return repeating
+    return [s for s in (rest_beside_force_text(last), *repeating) if s]
 
 
 def _best_row_sentence(best: ExplainedForce) -> str:

@@ -76,10 +76,10 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
     if not has_repeating(result.remainder):
         what = "Most of the motion is left to chance" if is_mostly_chance(result.remainder) else "Something is missing"
     return (f"{what} (error {error}, noise floor {floor}), and no effect of the library accounts for it. "
-            f"{unexplained_text(result)}").strip()  # fmt: skip
+            f"{rest_beside_force_text(result)}").strip()  # fmt: skip
 
 
-def unexplained_text(result: Diagnosis) -> str:
+def rest_beside_force_text(result: Diagnosis) -> str:
     """What is known of something that no effect accounts for beside a random force, in sentences."""
     if has_repeating(result.remainder):
         rest = repeating_text(result.remainder, result.problem.plant)
@@ -151,7 +151,7 @@ def closing_sentence(result: Ladder) -> str:
     if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
         if result.verdict == "nothing_missing":
             return f"Nothing more that repeats is missing; {chance_sentence(result.last.remainder)}"
-        return f"{CLOSING_SENTENCES[result.verdict]} {unexplained_text(result.last)}".strip()
+        return f"{CLOSING_SENTENCES[result.verdict]} {rest_beside_force_text(result.last)}".strip()
     return CLOSING_SENTENCES[result.verdict]
 
 
