@@ -317,3 +317,15 @@ def test_a_pole_that_hangs_where_it_reads_zero_is_turned_upright(hanging, pauses
     assert model["columns"]["theta_p"].get("offset", 0.0) == pytest.approx(np.pi if hanging else 0.0)
     assert model.get("assumptions", {}).get("range") == ("any" if hanging else None)
     assert any("measured from hanging" in s for s in proposal.sentences) == hanging
+
+
+@pytest.mark.parametrize("name", ["voltage", "input_volts", "battery_voltage"])
+def test_volts_that_hardly_vary_beside_a_duty_are_its_supply_whatever_they_are_called(name, tmp_path):
+    t = np.arange(1500) * DT_S
+    duty = np.round(200.0 * np.sin(1.3 * t) + 40.0 * np.sin(5.0 * t))
+    volts = 7.4 - 0.004 * np.abs(duty) + 0.03 * np.random.default_rng(0).normal(size=t.size)
+    columns = {"t": t, "pwm": duty, name: np.round(volts, 2), "position": path_at(t)}
+    _, model = proposed(written(tmp_path / "log.csv", columns))
+    assert model["columns"]["v_in"]["column"] == "pwm" and model["columns"]["v_in"]["times"] == name
+    del columns["pwm"]  # alone it may be what drives
+    assert roles(written(tmp_path / "log.csv", columns))[name] == ("further" if "battery" in name else "input")

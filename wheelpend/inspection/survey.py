@@ -181,7 +181,9 @@ def roles_of(
     ranges of samples that follow each other without a gap.
     """
     places = [n for n in values if is_place(values[n], ranges)]
-    roles: dict[str, tuple[str, str]] = dict.fromkeys(inputs_among(list(values)), ("input", ""))
+    called = inputs_among(list(values))
+    supplies = supplies_beside_duty(called, values)
+    roles: dict[str, tuple[str, str]] = {n: ("supply" if n in supplies else "input", "") for n in called}
     seldom = {n for n in values if signals is not None and n not in signals.channels}
     free = [n for n in values if n not in roles and n not in seldom and may_be_sensor(n)]
     roles |= rates_among(free, signals)
@@ -192,6 +194,12 @@ def roles_of(
     roles |= references_among(free, values)
     roles |= {n: ("position", "") for n in free if n not in roles and n in places}
     return roles | {n: ("further", "") for n in values if n not in roles}
+
+
+def supplies_beside_duty(inputs: list[str], values: dict[str, np.ndarray]) -> list[str]:
+    """The columns among those called inputs that are a battery's volts by their numbers, where another is a duty."""
+    duties = {n for n in inputs if full_scale(n, values[n][np.isfinite(values[n])]) and not states_volts(n)}
+    return [n for n in inputs if duties and n not in duties and is_battery(n, values[n])]
 
 
 def unnamed_roles(

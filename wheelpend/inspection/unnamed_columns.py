@@ -30,7 +30,7 @@ MIN_PREDICTION_GAIN = 0.1  # of what a sensor's past leaves of its next step, th
 MIN_GAIN_ROWS = 60  # steps of a sensor from which that is judged
 STEP_STRIDES = (1, 3, 10)  # samples in such a step
 MIN_BATTERY_V, MAX_BATTERY_V = 3.0, 60.0
-MAX_BATTERY_RANGE = 0.3  # of its median, by which a battery's volts vary
+MAX_BATTERY_RANGE = 0.4  # of its median, by which a battery's volts vary, with what a motor draws
 
 
 def unnamed_command(names: Sequence[str], values: Mapping[str, np.ndarray], sensors: Sequence[str]) -> str:
