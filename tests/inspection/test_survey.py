@@ -329,3 +329,16 @@ def test_volts_that_hardly_vary_beside_a_duty_are_its_supply_whatever_they_are_c
     assert model["columns"]["v_in"]["column"] == "pwm" and model["columns"]["v_in"]["times"] == name
     del columns["pwm"]  # alone it may be what drives
     assert roles(written(tmp_path / "log.csv", columns))[name] == ("further" if "battery" in name else "input")
+
+
+@pytest.mark.parametrize(
+    ("wheel", "pitch"), [("phi", "theta"), ("theta", "phi"), ("theta", "tilt"), ("wheel", "theta")]
+)
+def test_of_two_angles_the_one_that_stays_upright_is_the_pitch_whatever_they_are_called(wheel, pitch, tmp_path):
+    log = robot()
+    assert np.abs(log["theta_w"]).max() > np.pi / 2 > np.abs(log["theta_p"]).max()
+    columns = {"t": log["t"], "u": log["v_in"], wheel: log["theta_w"], pitch: log["theta_p"],
+               f"{pitch}_dot": log["dtheta_p"]}  # fmt: skip
+    proposal = propose(survey_file(written(tmp_path / "log.csv", columns)), "wheel_pendulum")
+    found = {n: c["column"] for n, c in tomllib.loads(proposal.text)["columns"].items()}
+    assert (found["theta_w"], found["theta_p"], found["dtheta_p"]) == (wheel, pitch, f"{pitch}_dot")

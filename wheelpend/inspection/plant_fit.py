@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from derive import plants
 from derive.plant_signature import PlantSignature
@@ -112,7 +115,7 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
         return Candidate(plant, chosen, table, every, len(every), 0, by_name=True)
     if len(table.inputs) != len(inputs) or len(own) != len(places):
         return None
-    columns = {**in_order(table.inputs, inputs, table), **in_order(own, places, table)}
+    columns = {**in_order(table.inputs, inputs, table), **kept_in_range(in_order(own, places, table), table, survey)}
     rates = {survey.column(r).of: r for r in survey.of_role("rate")}
     for channel in (c for c in table.channels if c not in own):
         rate = (
@@ -169,6 +172,21 @@ def in_order(names: tuple[str, ...] | list[str], columns: list[str], table: Colu
     found = exact | {n: c for n, c in guessed.items() if c}
     rest = iter(c for c in free if c not in found.values())
     return {n: found.get(n) or next(rest) for n in names}
+
+
+def kept_in_range(columns: dict[str, str], table: ColumnTable, survey: Survey) -> dict[str, str]:
+    """Columns of a plant's positions; the one that must stay within ±π/2 does, where another than its own does.
+
+    Unless its own is called so: theta may be a wheel's angle as well as a pitch.
+    """
+    name = table.range_channel
+    if name not in columns or columns[name] == name or is_called(name, columns[name], table):
+        return columns
+    within = [n for n, c in columns.items() if np.nanmax(np.abs(survey.values[c])) < math.pi / 2]
+    if name in within or len(within) != 1 or is_called(within[0], columns[within[0]], table):
+        return columns
+    other = within[0]
+    return {**columns, name: columns[other], other: columns[name]}
 
 
 def without_digits(name: str) -> str:
