@@ -68,6 +68,8 @@ def section_lines(effect: Effect) -> Iterator[str]:
     if effect.resembles:
         yield f"Resembles: {effect.resembles}"
     yield from effect.remarks
+    if effect.needs_motor:
+        yield "Only where a motor acts."
     yield from (text for p in effect.parameters if (text := starts_text(p)))
     if effect.dissipates:
         yield "Only ever takes energy out."

@@ -20,7 +20,6 @@ from derive.lazy import Decay, Least, Magnitude, Sign, Step, functions, sp
 
 RIGID_STIFFNESS_V_RAD = 4000.0  # V/rad: a stiffness that counts as rigid, as that of the teeth on either side of a play
 CONTACT_LOSS_S_RAD = 1.5  # s/rad: how much of the bounce a contact takes
-MOTOR_REMARK = "Only where a motor acts."
 
 
 def contact_force(q: sp.Expr, dq: sp.Expr) -> sp.Expr:
@@ -69,7 +68,6 @@ EFFECT_ROWS = (
         remarks=(
             "|F| is not more than the dry friction it belongs to, or it would drive the machine one way: then it is "
             "the motor's or its driver's.",
-            MOTOR_REMARK,
         ),
         varies="coulomb_drive",
         needs_motor=True,
@@ -88,7 +86,6 @@ EFFECT_ROWS = (
             "It takes energy out as long as |c| is less than the viscous friction itself. Where the model has less of "
             "that, it is judged impossible, but for plants whose own parameters contain it: X6 and X7 contain the "
             "motor's back-EMF too.",
-            MOTOR_REMARK,
         ),
         varies="viscous_drive",
         needs_motor=True,
@@ -284,7 +281,7 @@ EFFECT_ROWS = (
         means="The drive pulls towards preferred positions: magnets, brushes, or a damaged tooth.",
         phased=("sine", "cosine"),
         resembles="other disturbances that repeat with the wheel's angle.",
-        remarks=("The diagnosis searches 1 to 60 periods per turn.", MOTOR_REMARK),
+        remarks=("The diagnosis searches 1 to 60 periods per turn.",),
         needs_motor=True,
     ),
 )

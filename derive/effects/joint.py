@@ -120,11 +120,10 @@ def joint_row(effect: JointEffect) -> Effect:
     """A row of the drive as it acts in a joint; what it approaches or varies is in the joint too."""
     row = drive_row_on(effect.name, effect.model, effect.sentence, effect.means)
     in_joint = {e.model: e.name for e in JOINT_EFFECTS}
-    remarks = ("Only in a joint that a motor turns.",) if effect.needs_motor else ()
     equation = row.equation.replace(f"({DRIVE_ANGLE})", f" {JOINT_ANGLE}")
     law_text = f"{JOINT_ANGLE} is the joint's angle." if equation != row.equation else ""
     related = replace(row, approaches=in_joint.get(row.approaches, ""), varies=in_joint.get(row.varies, ""))
-    return replace(related, equation=equation, law_text=law_text, remarks=remarks, needs_motor=effect.needs_motor)
+    return replace(related, equation=equation, law_text=law_text, needs_motor=effect.needs_motor)
 
 
 def turning_row(name: str, model: str, sentence: str, means: str) -> Effect:

@@ -36,7 +36,6 @@ from wheelpend.estimation.validation import validation_residuals
 from wheelpend.estimation.workable_horizon import over_workable_horizon
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder import with_remainder as model_with_remainder
-from wheelpend.identification.remainder_warnings import undetermined_warnings
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.notebook import DrawnResult, ResultTable
@@ -184,7 +183,7 @@ def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: fl
         )
         for before, after in pairwise([*rounds[:-1], last])
     )
-    problem, table = last.problem, parameter_table(last.problem, last.fit)
+    problem = last.problem
     unclear = [] if last.verdict == "unexplained" else rounds[1:-1]  # no experiment helps where a rest is unexplained
     return Ladder(
         verdict=overall_verdict(steps, last),
@@ -195,9 +194,9 @@ def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: fl
         error=last.error,
         noise_floor=problem.floor,
         horizon_s=problem.horizon,
-        parameters=table,
+        parameters=parameter_table(problem, last.fit),
         experiment=first.experiment or last.experiment,
-        warnings=(*last.warnings, *undetermined_warnings(problem.module, problem.plant, table)),
+        warnings=last.warnings,
         repeats=last.repeats,
         law=last.law,
         remainder=last.remainder,

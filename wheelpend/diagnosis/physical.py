@@ -36,25 +36,18 @@ def is_determined(effect: Effect, found: EffectEstimate) -> bool:
 def is_within_its_friction(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:
     """True but of a difference between directions larger than the friction that differs, up to two standard errors.
 
-    One way it would drive the machine, but for other frictions. Not judged where the plant's own parameters contain
-    that friction: they contain more than it; nor of dry friction, of which a constant torque is the difference.
+    One way it would drive the machine, but for other frictions. Not judged where the plant's own parameters or another
+    effect of the model contain that friction: they contain more than it; nor of dry friction, of which a constant
+    torque is the difference.
     """
-    return isinstance(effect.enters, DryForce) or not _exceeds_its_friction(problem, effect, fitted)
-
-
-def _exceeds_its_friction(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:
-    """True of a difference between directions larger than the friction of the model, beyond two standard errors.
-
-    Of none whose friction the plant's own parameters contain, or another effect of the model.
-    """
-    if not effect.varies:
-        return False
+    if not effect.varies or isinstance(effect.enters, DryForce):
+        return True
     (size,), (friction,) = effect.full_names, derive.effects.find(effect.varies).full_names
     module = problem.module
     contained = any(effect.varies in module.CONTAINS.get(e, {}) for e in problem.model.effects)
     if friction in module.ABSORBED or contained:
-        return False
+        return True
     free = (n for n in (size, friction) if n in fitted.names)
     slack = MAX_STANDARD_ERRORS * sum(conservative_standard_error(fitted, n) for n in free)
     in_logs = [fitted.of_log(k) for k in range(len(problem.logs))]
-    return any(abs(values[size]) > values.get(friction, 0.0) + slack for values in in_logs)
+    return all(abs(values[size]) <= values.get(friction, 0.0) + slack for values in in_logs)

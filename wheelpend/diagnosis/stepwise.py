@@ -38,13 +38,11 @@ from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, values_of_model_effects
-from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.estimation.workable_horizon import over_workable_horizon
 from wheelpend.identification.remainder_at import found_or_warning
-from wheelpend.identification.remainder_warnings import undetermined_warnings
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
@@ -76,15 +74,8 @@ def diagnose(
     )
     result = with_steps(with_structures(revise_verdict(rounds[0], rounds[-1]), rounds), rounds)
     result = with_repeating_force(with_missing_force(result, progress=progress), progress=progress)
-    result = _with_undetermined(with_remainder(result, progress=progress))
+    result = with_remainder(result, progress=progress)
     return with_law(result, progress=progress) if law else result
-
-
-def _with_undetermined(found: Diagnosis) -> Diagnosis:
-    """A diagnosis that warns of what these logs do not determine: of its model then little is known."""
-    table = parameter_table(found.problem, found.fit)
-    said = undetermined_warnings(found.problem.module, found.problem.plant, table)
-    return replace(found, warnings=(*found.warnings, *said))
 
 
 def selection_done(rounds: Rounds) -> bool:

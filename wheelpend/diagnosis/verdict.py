@@ -31,11 +31,12 @@ from wheelpend.estimation.estimate import ESTIMATE_COLUMNS
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.noise_alarm import overstated_noise
+from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.estimation.problem import EstimationProblem, simpler_effects
 from wheelpend.estimation.validation import fit_percent
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
-from wheelpend.identification.remainder_warnings import remainder_warnings
+from wheelpend.identification.remainder_warnings import remainder_warnings, undetermined_warnings
 from wheelpend.notebook import DrawnResult, ResultTable
 
 if TYPE_CHECKING:
@@ -241,14 +242,19 @@ def with_repeating_force(found: Diagnosis, *, progress: Progress = lambda text: 
 
 
 def with_remainder(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
-    """A diagnosis that says what its model leaves to chance, or warns that this could not be found."""
-    plant = found.problem.plant
-    if found.remainder is not None:
-        return replace(found, warnings=(*found.warnings, *remainder_warnings(found.remainder, plant)))
-    progress("measuring what is left to chance")
-    values = [found.fit.of_log(k) for k in range(len(found.problem.logs))]
-    left, warnings = remainder_or_warning(refitted_remainder, found.problem, values)
-    return replace(found, remainder=left, warnings=(*found.warnings, *warnings, *remainder_warnings(left, plant)))
+    """A diagnosis that says what its model leaves to chance and what of it the logs do not determine.
+
+    Or that warns that the former could not be found.
+    """
+    problem, left = found.problem, found.remainder
+    warnings: tuple[str, ...] = ()
+    if left is None:
+        progress("measuring what is left to chance")
+        values = [found.fit.of_log(k) for k in range(len(problem.logs))]
+        left, warnings = remainder_or_warning(refitted_remainder, problem, values)
+    undetermined = undetermined_warnings(problem.module, problem.plant, parameter_table(problem, found.fit))
+    said = (*found.warnings, *warnings, *remainder_warnings(left, problem.plant), *undetermined)
+    return replace(found, remainder=left, warnings=said)
 
 
 def with_law(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:

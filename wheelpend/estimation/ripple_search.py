@@ -114,10 +114,10 @@ def strongest_ripple(
     far from sample to sample shows none; where no log shows any the answer is one period, of one trial.
     """
     records = [ripple_residual(problem, fitted, port, k, tau) for k in range(len(problem.data.estimation))]
-    records = [r for r in records if np.ptp(r.busiest()) >= SURROGATE_BLOCK_COUNT]
-    if not records:
+    able = [(r, s) for r in records if np.ptp(s := r.busiest()) >= SURROGATE_BLOCK_COUNT]
+    if not able:
         return 1.0, 1
-    stretches = [r.busiest() for r in records]
+    records, stretches = [r for r, _ in able], [s for _, s in able]
     parts = [r.part(*s) for r, s in zip(records, stretches, strict=True)]
     grid = np.arange(1.0, MAX_PERIODS_PER_TURN, _grid_step(parts))
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SURROGATE_BLOCK_COUNT, SURROGATE_COUNT))

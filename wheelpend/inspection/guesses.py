@@ -67,11 +67,10 @@ def guess_units(
 
 def guess_clock(survey: Survey) -> Guess | None:
     """A guess of the time between two rows, where the only clock counts them: frames, samples."""
-    clock = survey.clock
-    steps = np.diff(survey.values["t"]) / UNIT_CONVERSIONS[clock.unit][1]
-    if clock.column == "t" or is_called_time(clock.column) or stated_unit(clock.column) or not np.allclose(steps, 1.0):
+    clock, scale = survey.clock, UNIT_CONVERSIONS[survey.clock.unit][1]
+    called = clock.column == "t" or is_called_time(clock.column) or stated_unit(clock.column)
+    if called or not np.allclose(np.diff(survey.values["t"]), scale):
         return None
-    scale = UNIT_CONVERSIONS[clock.unit][1]
     said = f"it counts rows, taken for {scale:g} s each: put the seconds from row to row in the place of this scale"
     return Guess(ColumnMap(clock.column, scale=scale), said)
 
@@ -87,7 +86,7 @@ def guess_place(survey: Survey, column: str, values: np.ndarray, own: str, input
         return Guess(ColumnMap(column, scale=math.pi / 180), said)
     if not is_whole(values):
         return None
-    if own == "rad" and not counting and np.nanmax(values) - np.nanmin(values) < MAX_TURNS_DEG:
+    if own == "rad" and not counting and way < MAX_TURNS_DEG:
         return Guess(ColumnMap(column, "deg"), "degrees, for all readings are whole numbers; or an encoder's counts")
     return guess_counts(column, values, own)
 

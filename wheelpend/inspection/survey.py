@@ -181,9 +181,7 @@ def roles_of(
     ranges of samples that follow each other without a gap.
     """
     places = [n for n in values if is_place(values[n], ranges)]
-    called = inputs_among(list(values))
-    supplies = supplies_beside_duty(called, values)
-    roles: dict[str, tuple[str, str]] = {n: ("supply" if n in supplies else "input", "") for n in called}
+    roles: dict[str, tuple[str, str]] = dict.fromkeys(inputs_among(list(values)), ("input", ""))
     seldom = {n for n in values if signals is not None and n not in signals.channels}
     free = [n for n in values if n not in roles and n not in seldom and may_be_sensor(n)]
     roles |= rates_among(free, signals)
@@ -196,18 +194,12 @@ def roles_of(
     return roles | {n: ("further", "") for n in values if n not in roles}
 
 
-def supplies_beside_duty(inputs: list[str], values: dict[str, np.ndarray]) -> list[str]:
-    """The columns among those called inputs that are a battery's volts by their numbers, where another is a duty."""
-    duties = {n for n in inputs if full_scale(n, values[n][np.isfinite(values[n])]) and not states_volts(n)}
-    return [n for n in inputs if duties and n not in duties and is_battery(n, values[n])]
-
-
 def unnamed_roles(
     free: list[str], values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]], places: list[str]
 ) -> dict[str, tuple[str, str]]:
     """The command among columns whose names say nothing, where none is called one, and the battery beside a duty.
 
-    One place at least is left: what moves is no command.
+    The battery may be called an input, by its volts. One place at least is left: what moves is no command.
     """
     found: dict[str, tuple[str, str]] = {}
     turning = {of for role, of in roles.values() if role == "rate"}
@@ -217,8 +209,10 @@ def unnamed_roles(
     ):
         found[command] = ("input", "")
     inputs = [n for n, (role, _) in (roles | found).items() if role == "input"]
-    if any(full_scale(n, values[n][np.isfinite(values[n])]) and not states_volts(n) for n in inputs):
-        found |= {n: ("supply", "") for n in values if n not in roles | found and is_battery(n, values[n])}
+    duties = [n for n in inputs if full_scale(n, values[n][np.isfinite(values[n])]) and not states_volts(n)]
+    if duties:
+        able = [n for n in values if n not in duties and (n in inputs or n not in roles | found)]
+        found |= {n: ("supply", "") for n in able if is_battery(n, values[n])}
     return found if any(n in places for n in open_names if n not in found) else {}
 
 

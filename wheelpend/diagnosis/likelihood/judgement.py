@@ -316,8 +316,7 @@ def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judge
 
     What is missing then is rather like that one, and the lesser effect stands in for it.
     """
-    names = {j.candidate.effect for j in supported}
-    others = [j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.is_likelier]
+    others = _likely_besides(supported, judged)
     return [j for j in supported if not any(_stands_in_for(j, o) for o in others)]
 
 
@@ -327,15 +326,20 @@ def certain_within(judged: Sequence[Judged], supported: Sequence[Judged], error_
     That one's test says that some effect of its wider family is there; of the family the simpler one explains it best.
     It lowers the error or the force, and held-out data confirm it.
     """
-    names = {j.candidate.effect for j in supported}
-    open_ones = (j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.is_likelier)
-    confirmed = (j for j in open_ones if (p := j.candidate.p_confirmation) is not None and p < CONFIRMATION_LEVEL)
     return [
         j
-        for j in confirmed
-        if j.improves(error_before)
+        for j in _likely_besides(supported, judged)
+        if (p := j.candidate.p_confirmation) is not None
+        and p < CONFIRMATION_LEVEL
+        and j.improves(error_before)
         and any(j.candidate.effect in simpler_than(o) and j.clearly_leads(o) for o in supported)
     ]
+
+
+def _likely_besides(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:
+    """Possible effects that data are likelier with, but for those that are supported."""
+    names = {j.candidate.effect for j in supported}
+    return [j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.is_likelier]
 
 
 def _stands_in_for(one: Judged, other: Judged) -> bool:
