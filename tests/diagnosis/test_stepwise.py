@@ -29,7 +29,7 @@ def climbed(begun, *effects, near=()):
     problem, start = begun[0].with_effects(effects), {**begun[1], **dict(near)}
     fitted = fit_model(problem, start, free_names(problem, effects))
     error = validation_residuals(problem, fitted)[0]
-    below = [SimpleNamespace(named=(SimpleNamespace(effect=e),)) for e in effects]
+    below = [SimpleNamespace(named=(SimpleNamespace(effect=e, equivalent_to=()),)) for e in effects]
     accounted = error <= MAX_EXPLAINED_ERROR_RATIO * problem.floor
     return [*below, SimpleNamespace(named=(), error=error, problem=problem, fit=fitted, is_explained=accounted)]
 
@@ -79,6 +79,8 @@ def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_f
     assert barred == [(), ("quadratic_drive",)]
     after = [SimpleNamespace(named=(), error=2.0, problem=begun[0], fit=None, is_explained=False)]
     assert stepwise.stepwise(*begun, lambda rounds: False) is whole
+    chosen_from = {e.name for e in begun[0].candidates()} - set(barred[-1])
+    assert chosen_from == {"coulomb_drive", "slope"}  # last, only what is not needless may be named
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,11 @@
-"""From where on a machine stands still."""
+"""From where on a machine stands still, and logs that begin with a step from rest."""
 
 import numpy as np
 import pytest
 
 from wheelpend.logs.log import Log
-from wheelpend.logs.rest import rest_begin
+from wheelpend.logs.rest import led_by_rest, rest_begin
+from wheelpend.model.record import Model
 
 T = np.arange(0.0, 20.0, 0.01)
 SIGMA = 1e-3
@@ -63,3 +64,52 @@ def test_of_a_long_log_the_place_is_told_to_a_few_samples():
     angle = np.where(t < 1200.0, np.sin(3.0 * t), 0.0)[:, None]
     begin = rest_begin(Log("long", t, np.zeros((len(t), 0)), angle, ("theta_1",)), [SIGMA])
     assert abs(t[begin] - 1200.0) < 0.01
+
+
+AXIS = Model.parse('plant = "slide"\n').table
+AXIS_T = np.arange(0.0, 1.5, 0.005)
+
+
+def axis_log(x: np.ndarray, volts: np.ndarray, table=AXIS) -> Log:
+    """A log of a linear axis, its place read to a hundredth of a millimetre."""
+    return Log.from_arrays(AXIS_T, table=table, v_in=volts, **{table.channels[0]: np.round(x, 5)})
+
+
+def after(begin: float) -> np.ndarray:
+    """Place of a motor that gathers speed from a time [s] on."""
+    on = np.maximum(AXIS_T - begin, 0.0)
+    return on - 0.05 * (1.0 - np.exp(-on / 0.05))
+
+
+def test_a_log_that_begins_with_a_step_from_rest_is_led_by_rest_where_the_machine_is_first_seen():
+    log = axis_log(0.3 + after(0.0), np.full(len(AXIS_T), 6.0))
+    led = led_by_rest(log, AXIS)
+    assert 0.2 <= -led.t[0] < 0.2 + 2 * log.dt and np.allclose(np.diff(led.t), log.dt)
+    assert not led.voltage[led.t < -1e-9].any() and (led.voltage[led.t > -1e-9] == 6.0).all()
+    assert led.measured[0, 0] == 0.3 and np.isnan(led.measured[1 : led.lead]).all()
+    assert np.array_equal(led.measured[led.lead :], log.measured)
+    assert led.samples == len(log) and led.duration == log.duration
+    assert led_by_rest(led, AXIS) is led
+    assert led.stretches[0].settled == 0 and log.stretches[0].settled > 0
+    assert led.part(10, 200).lead == led.lead - 10 and led.part(100, 200).lead == 0
+
+
+@pytest.mark.parametrize(
+    ("x", "volts", "why"),
+    [
+        (AXIS_T + after(0.0), np.where(AXIS_T < 1.0, 6.0, 3.0), "it moves at first"),
+        (after(0.5), np.where(AXIS_T < 0.5, 2.0, 6.0), "what holds it had been commanded"),
+        (after(0.0), 6.0 * np.cos(AXIS_T), "what is commanded changes at once"),
+        (after(0.0), np.where(AXIS_T < 0.5, 0.0, 6.0), "nothing is commanded at first"),
+    ],
+)
+def test_a_log_that_begins_otherwise_is_left_as_it_is(x, volts, why):
+    log = axis_log(x, volts)
+    assert led_by_rest(log, AXIS) is log, why
+
+
+def test_a_machine_that_must_be_balanced_never_begins_at_rest():
+    table = Model.default().table
+    turning = {"theta_p": 0.1 * after(0.0), "dtheta_p": np.zeros(len(AXIS_T)), "theta_w": after(0.0)}
+    log = Log.from_arrays(AXIS_T, v_in=np.where(AXIS_T < 1.0, 6.0, 3.0), **turning)
+    assert led_by_rest(log, table) is log

@@ -99,7 +99,8 @@ def stepwise(
 
     An effect that resembles two others lowers the error more than either alone, and is redundant beside both. So
     where everything is explained, each effect but the last is taken out again; if the error does not rise by enough
-    to name it, the selection is repeated without it, and that one counts if it gets as far. Backlash that explains
+    to name it, the selection is repeated without it, and that one counts if it gets as far; if it does not, once more
+    with the other effects alone to choose from. Backlash that explains
     more than a selection that leaves a rest takes its place. Where all this leaves more than sensor noise, effects are
     judged by likelihood; and where that names none though something repeats, two effects that hide each other are
     sought. Where only sensor noise is left, but a random force along the whole log, what lasts is judged by likelihood.
@@ -172,9 +173,33 @@ def _without_redundant(
         first = with_partner(first, progress) if is_paired and _explains_nothing(first) else first
         other = forward_pass(first, is_done, progress)
         if not is_as_good(best_result(other), best_result(rounds)):
+            progress("not from here: once more with the others alone")
+            other = _among_the_others(rounds, problem, start, is_done, progress)
+        if not is_as_good(best_result(other), best_result(rounds)):
             break
         rounds = other
     return rounds, problem
+
+
+def _among_the_others(
+    rounds: Rounds, problem: EstimationProblem, start: dict[str, float], is_done: Callable[[Rounds], bool],
+    progress: Progress,
+) -> Rounds:  # fmt: skip
+    """Rounds that choose from the effects of given ones alone, as far as a problem does not bar them, until all are in.
+
+    Far from what explains the logs an effect that others will make needless can look like the only way on.
+    """
+    added = [r.named[0] for r in rounds if r.named]
+    simpler = [s for c in added for s in nested_effects(problem, c.effect)]
+    kept = {*(c.effect for c in added), *(e for c in added for e in c.equivalent_to), *simpler}
+    others = [e.name for e in problem.candidates() if e.name not in kept]
+    narrow = replace(problem, redundant_effects=(*problem.redundant_effects, *others))
+    found = forward_pass(first_round(narrow, start, progress), is_done, progress)
+    named = [r for r in found if r.named]
+    if not named:
+        return found
+    last = replace(named[-1], problem=replace(named[-1].problem, redundant_effects=problem.redundant_effects))
+    return [*named[:-1], *forward_pass(last, lambda later: is_done([*named[:-1], *later]), progress)]
 
 
 def _with_what_shows_later(

@@ -22,7 +22,7 @@ from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
 from wheelpend.logs.read import load_log
-from wheelpend.logs.rest import rest_begin
+from wheelpend.logs.rest import led_by_rest, rest_begin
 from wheelpend.logs.same_record import shared_rows
 from wheelpend.logs.sources import LogsLike, as_list, names_of, resolved_paths
 from wheelpend.model.model_kernels import library_module_of
@@ -71,8 +71,9 @@ def prepare(
 
     Without validation logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
     ``without`` are no candidates. ``lean`` takes the model's own kernels, which contain no other effects and are
-    several times faster, and judges logs from where these effects alone have forgotten what came before. Raises
-    Failure without a log, where a log, or part of its record, stands on both sides, or a log yields no segments.
+    several times faster, and judges logs from where these effects alone have forgotten what came before. A log that
+    begins with a step from rest is led by a time of rest. Raises Failure without a log, where a log, or part
+    of its record, stands on both sides, or a log yields no segments.
     """
     if not as_list(logs):
         raise Failure("There must be a log to learn from, but the list of logs is empty. Give one or several.")
@@ -80,7 +81,8 @@ def prepare(
     _require_distinct_logs(logs, holdout)
     memory = memory_of(model.effects) if lean else INPUT_MEMORY_S
     loaded, validation_logs = (
-        tuple(replace(log, memory_s=memory) for log in read_logs(given, model)) for given in (logs, holdout)
+        tuple(led_by_rest(replace(log, memory_s=memory), model.table) for log in read_logs(given, model))
+        for given in (logs, holdout)
     )
     _require_distinct_records(loaded, validation_logs)
     module = model_module(model.plant, model.assumptions, model.effects) if lean else library_module_of(model)

@@ -81,6 +81,11 @@ class EstimationProblem:
         """Estimation logs."""
         return self.data.logs
 
+    @property
+    def samples(self) -> int:
+        """Number of samples of the estimation logs that were read."""
+        return sum(log.samples for log in self.logs)
+
     def effects(self) -> tuple[Effect, ...]:
         """Library effects that can be tested with the plant, its assumptions and the known constants."""
         rows = derive.effects.applicable_to(self.plant, self.model.own)

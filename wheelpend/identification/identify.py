@@ -219,7 +219,7 @@ def _identify_by_filter_error(
         *unused,
     )
     return Identification(
-        "filter_error", table, found.condition, sum(map(len, problem.logs)), found.error, problem.floor, warnings,
+        "filter_error", table, found.condition, problem.samples, found.error, problem.floor, warnings,
         model, _units(problem.module), remainder=left, covariance=Covariance(found.names, found.covariance),
         widening=widening_of(found), at_bounds=at_bounds,
     )  # fmt: skip
@@ -244,7 +244,7 @@ def _identify_by_shooting(
         *unused,
     )
     return Identification(
-        "shooting", table, fitted.condition, sum(map(len, problem.logs)), fitted.error, problem.floor, warnings,
+        "shooting", table, fitted.condition, problem.samples, fitted.error, problem.floor, warnings,
         model, _units(problem.module), covariance=covariance_of_table(problem, fitted), at_bounds=at_bounds,
     )  # fmt: skip
 

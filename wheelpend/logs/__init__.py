@@ -14,7 +14,7 @@ and continuous, and the noise of its channels. Question: what was measured, when
 - recording: a log without what is no measurement, by `faults` (saturated sensors, joined recordings, a machine on the
   floor), which are `finding`s
 - runs: the stretches of samples in which something holds
-- rest: from where on a machine stands still until its log ends
+- rest: from where on a machine stands still until its log ends, and logs that begin with a step from rest
 - shipped: the logs that come with the package
 - unwrap: wrapped angles and reset counters, made continuous
 - noise: standard deviation and quantisation of every channel

@@ -50,7 +50,7 @@ class Stretch(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Log(NotebookResult):
-    """A measured or simulated log; t grows strictly and starts at 0 for a whole log."""
+    """A measured or simulated log; t grows strictly and starts at 0 for a whole log, behind its ``lead``."""
 
     name: str  # file name, for messages
     t: np.ndarray  # (N,) s, from the first sample
@@ -66,6 +66,7 @@ class Log(NotebookResult):
     breaks: tuple[int, ...] = ()  # samples before which a sensor jumped: no segment reaches across
     faults: tuple[Finding, ...] = ()  # of the recording, what they concern left out already
     source: Path | None = None  # absolute, of the file that it was read from
+    lead: int = 0  # rows put before the first one, which say what was before
 
     @classmethod
     def from_arrays(
@@ -127,6 +128,11 @@ class Log(NotebookResult):
         return len(self.t)
 
     @property
+    def samples(self) -> int:
+        """Number of samples that were read."""
+        return len(self) - self.lead
+
+    @property
     def inputs(self) -> np.ndarray:
         """Each input by itself (inputs, N)."""
         return self.voltage.reshape(len(self), -1).T
@@ -151,8 +157,8 @@ class Log(NotebookResult):
 
     @property
     def duration(self) -> float:
-        """Time from the first sample to the last [s]."""
-        return float(self.t[-1] - self.t[0])
+        """Time from the first sample that was read to the last [s]."""
+        return float(self.t[-1] - self.t[self.lead])
 
     @cached_property
     def stretches(self) -> tuple[Stretch, ...]:
@@ -222,6 +228,7 @@ class Log(NotebookResult):
             reference=None if self.reference is None else self.reference[cut],
             earlier=(self.t[before], self.voltage[before]) if first else self.earlier,
             breaks=tuple(k - first for k in self.breaks if first < k < last),
+            lead=max(self.lead - first, 0),
         )
 
 
@@ -278,7 +285,7 @@ def _settled(log: Log, begin: int, end: int, warm_up: float) -> int:
     """
     known = begin in log.breaks and not np.isnan(log.voltage[begin - 1]).any()
     only_jumped = known and log.t[begin] - log.t[begin - 1] <= GAP_INTERVAL_RATIO * log.dt
-    if only_jumped or _begins_at_rest(log, begin, end):
+    if only_jumped or begin < log.lead or _begins_at_rest(log, begin, end):
         return begin
     after = log.t[begin] + warm_up - 0.5 * log.dt  # the sample nearest to it
     return begin + int(np.searchsorted(log.t[begin:end], after))

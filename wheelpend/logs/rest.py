@@ -1,13 +1,18 @@
-"""Rest: from where on a machine stands still until its log ends."""
+"""Rest: from where on a machine stands still until its log ends, and a log that begins with a step from rest."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from wheelpend.logs.checks import is_step_from_rest
+from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import EXCERPT_SAMPLES, REST_SHARE, Log
 
+LEAD_S = 0.2  # of rest before a step with which a log begins: longer than a command is remembered
 REST_BAND_SIGMAS = 12.0  # of a channel's noise, that its readings spread at rest: a hundred million reach 11.5
 
 
@@ -29,3 +34,40 @@ def _rest_begin(channel: np.ndarray, sigma: float) -> int:
     band = max(REST_SHARE * float(np.nanmax(channel) - np.nanmin(channel)), REST_BAND_SIGMAS * sigma)
     still = int(np.count_nonzero(~(spread > band)))  # the spread only grows; nothing read is nothing moved
     return len(channel) - still if still > 1 else len(channel)
+
+
+def led_by_rest(log: Log, table: ColumnTable) -> Log:
+    """A log that begins with a step from rest, led by a time of rest without a command; any other as it is.
+
+    What was commanded before a log begins is unknown, and its first moments are left out where an actuator may
+    remember it. But a machine that rests at first, and that the first command sets in motion while it is held, was not
+    driven before, and stood where it is first seen. Of a fast motor these moments are all that shows how it gathers
+    speed.
+    """
+    places = [k for k, c in enumerate(log.channels) if table.units.get(c) in ("rad", "m")]
+    known = np.isfinite(log.voltage[:1]).all() and log.voltage[:1].any() and np.isfinite(log.measured[0, places]).all()
+    by_name = dict(zip(log.channels, log.measured.T, strict=True))
+    if log.lead or not known or not is_step_from_rest(by_name, table) or not _moves_while_held(log):
+        return log
+    lead = math.ceil(LEAD_S / log.dt)
+    seen = np.full((lead, len(log.channels)), np.nan)
+    seen[0, places] = log.measured[0, places]
+    return replace(
+        log,
+        t=np.concatenate([log.t[0] + log.dt * np.arange(-lead, 0), log.t]),
+        voltage=np.concatenate([np.zeros((lead, *log.voltage.shape[1:])), log.voltage]),
+        measured=np.concatenate([seen, log.measured]),
+        reference=None
+        if log.reference is None
+        else np.concatenate([np.repeat(log.reference[:1], lead), log.reference]),
+        breaks=tuple(k + lead for k in log.breaks),
+        lead=lead,
+    )
+
+
+def _moves_while_held(log: Log) -> bool:
+    """True where a channel leaves its first value by more than a share of its range before any command changes."""
+    changes = np.flatnonzero((log.inputs != log.inputs[:, :1]).any(axis=0))
+    held = log.measured[: changes[0] if len(changes) else len(log)]
+    left, most = (np.nanmax(np.abs(values - log.measured[0]), axis=0) for values in (held, log.measured))
+    return bool(np.any(left > REST_SHARE * most))  # where the first is unknown, nothing is known

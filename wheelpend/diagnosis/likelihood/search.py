@@ -173,7 +173,7 @@ def _round(
     while supported and larger is None:
         progress(f"settling {supported[0].candidate.effect}")
         larger = settled(supported[0].model)
-        if without_meaning(larger):
+        if not _can_stay(larger, base.model, added):
             supported, larger = supported[1:], None
     stand_ins = _effects_of(able) - _effects_of(named)
     worth = _effects_of(j for j in judged if j.improves(base.validated.error)) - stand_ins
@@ -250,8 +250,7 @@ def _without_rest(one: Judged, progress: Progress) -> FilteredModel | None:
 def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], added: Collection[str], progress: Progress) -> Round:
     """A round that adds two effects, one after the other.
 
-    They may take the place of one that was ``added`` before, down to a size below zero: where they are likelier without
-    it than it was without them, it will be taken out.
+    They may take the place of one that was ``added`` before.
     """
     progress(f"settling {pair.first.candidate.effect} and {pair.second.candidate.effect}")
     larger = settled(pair.second.model)
@@ -261,8 +260,15 @@ def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], added: Collection[
         _diagnosis(pair.base, [first], [first, *others], progress),
         _diagnosis(pair.with_first, [second], [second], progress),
     )
-    can_stay = all(e in added and _is_replaced(e, pair.base.model, larger) for e in without_meaning(larger))
-    return Round(found, larger if can_stay else None)
+    return Round(found, larger if _can_stay(larger, pair.base.model, added) else None)
+
+
+def _can_stay(larger: FilteredModel, model: FilteredModel, added: Collection[str]) -> bool:
+    """True of a model with more effects, all of which mean what they are called, but such as they take the place of.
+
+    Those were ``added`` before, and can end at a size below zero: they will be taken out.
+    """
+    return all(e in added and _is_replaced(e, model, larger) for e in without_meaning(larger))
 
 
 def _is_replaced(effect: str, model: FilteredModel, larger: FilteredModel) -> bool:
