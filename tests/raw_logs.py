@@ -27,11 +27,13 @@ def driven_axis(rows: int = 2000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def way_of(volts: np.ndarray) -> np.ndarray:
     """Way [m] (N,) of an axis from rest under volts (N,)."""
     speed, place, places = 0.0, 0.0, []
+    time_constant = 0.8 / 12.0
+    lost = 1.0 - np.exp(-DT_S / time_constant)  # of the difference to the speed that a command leads to, in a sample
     for u in volts:
         places.append(place)
-        for _ in range(5):
-            speed += DT_S / 5 * (u - 12.0 * speed) / 0.8
-            place += DT_S / 5 * speed
+        difference = speed - u / 12.0
+        place += u / 12.0 * DT_S + difference * time_constant * lost
+        speed -= difference * lost
     return np.array(places)
 
 

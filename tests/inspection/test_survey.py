@@ -319,6 +319,45 @@ def test_a_pole_that_hangs_where_it_reads_zero_is_turned_upright(hanging, pauses
     assert any("measured from hanging" in s for s in proposal.sentences) == hanging
 
 
+def test_a_cart_in_cm_and_a_pole_in_degrees_are_told_by_their_units_in_whatever_order(tmp_path):
+    columns = pole_on_a_cart(hanging=True)
+    t, x, u = columns["t"], 100.0 * columns["x"], columns["u"]
+    speed = np.convolve(np.gradient(x, t), np.full(9, 1 / 9), mode="same")
+    tilt = np.degrees(np.pi + 3.0 * columns["angle"])  # over the top, so that only the way stays within a quarter turn
+    file = {"t": t, "theta_deg": tilt, "x_cm": x, "x_dot_cm": speed, "u": u}
+    proposal, model = proposed(written(tmp_path / "log.csv", file))
+    assert model["plant"] == "cart_pole"
+    assert model["columns"]["x"] == {"column": "x_cm", "unit": "cm"}
+    assert (model["columns"]["theta_p"]["column"], model["columns"]["theta_p"]["unit"]) == ("theta_deg", "deg")
+    assert not any("x_dot_cm is position" in s for s in proposal.sentences)
+
+
+def test_no_cart_goes_many_metres_so_its_place_is_in_mm(tmp_path):
+    columns = pole_on_a_cart(hanging=False)
+    file = {"t": columns["t"], "u": columns["u"], "position": 1e3 * columns["x"], "angle": columns["angle"]}
+    _, model = proposed(written(tmp_path / "log.csv", file))
+    assert model["plant"] == "cart_pole" and model["columns"]["x"] == {"column": "position", "unit": "mm"}
+
+
+def test_a_slow_arm_is_in_degrees_by_what_carries_its_weight(tmp_path):
+    """In less than 400 samples at constant speeds, where gravity shows in the torque alone."""
+    t = np.arange(330) * 0.015
+    angle = 90.0 - 80.0 * np.abs((t / 2.5) % 2.0 - 1.0)
+    speed = np.gradient(angle, t)
+    rng = np.random.default_rng(6)
+    torque = 38.0 * np.sin(np.radians(angle)) + 6.0 * np.tanh(speed) + 0.5 * rng.normal(size=t.size)
+    _, model = proposed(written(tmp_path / "log.csv", {"t": t, "q": angle, "tau": torque}))
+    assert model["columns"]["theta_1"]["unit"] == "deg"
+
+
+def test_a_stamp_that_repeats_is_named_with_its_row(tmp_path):
+    columns = pole_on_a_cart(hanging=False)
+    columns["t"] = columns["t"].copy()
+    columns["t"][500] = columns["t"][499]
+    with pytest.raises(Failure, match=r"t must grow from row to row, but row 501 has .* in row 500 \(1 such rows\)"):
+        survey_file(written(tmp_path / "log.csv", columns))
+
+
 @pytest.mark.parametrize("name", ["voltage", "input_volts", "battery_voltage"])
 def test_volts_that_hardly_vary_beside_a_duty_are_its_supply_whatever_they_are_called(name, tmp_path):
     t = np.arange(1500) * DT_S

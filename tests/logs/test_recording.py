@@ -5,10 +5,11 @@ from time import process_time
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from tests import faulty_logs as faulty
 from tests.support import CHANNELS
-from wheelpend import Log, Model
+from wheelpend import Log, Model, load_log
 from wheelpend.logs.faults import readings_at_ceiling
 from wheelpend.logs.recording import cured
 
@@ -73,3 +74,32 @@ def test_a_machine_that_lies_is_found_though_its_pitch_is_known_in_every_second_
     pitch = np.where(np.arange(len(log)) % 2 > 0, np.nan, faulty.column(log, "theta_p"))
     left = cured(faulty.with_columns(log, theta_p=pitch), TABLE)
     assert [f.kind for f in left.faults] == ["lying"] and left.faults[0].size == pytest.approx(7.0, abs=0.5)
+
+
+def swing(held: float, *, noise: float = 2e-4, friction: float = 0.0) -> dict[str, np.ndarray]:
+    """Columns of a pendulum that is held at 0.6 rad for a time [s], and then swings freely."""
+    t = np.arange(0.0, 8.0, 0.01)
+
+    def rates(now, state):
+        return [state[1], -30.0 * np.sin(state[0]) - friction * np.tanh(state[1] / 1e-3)] if now >= held else [0.0, 0.0]
+
+    angle = solve_ivp(rates, (0.0, 8.0), [0.6, 0.0], t_eval=t, max_step=2e-3).y[0]
+    return {"t": t, "theta_1": angle + noise * np.random.default_rng(0).normal(size=len(t))}
+
+
+PENDULUM = Model.parse('plant = "pendulum"\n').table
+
+
+@pytest.mark.parametrize("held", [0.3, 1.0, 3.0])
+def test_a_pendulum_that_is_held_at_first_is_judged_from_where_it_is_let_go(held):
+    log = load_log(swing(held), table=PENDULUM, name="held")
+    assert [f.kind for f in log.faults] == ["held"] and held < log.faults[0].size < held + 0.1
+    assert f"until t = {log.faults[0].size:.4g} s" in log.faults[0].sentence
+    left_out = np.isnan(log.voltage)
+    assert left_out[log.t < held].all() and not left_out[log.t > held + 0.1].any()
+
+
+@pytest.mark.parametrize("noise", [2e-4, 2e-3, 2e-2])
+@pytest.mark.parametrize("friction", [0.0, 12.0])  # of 17 that pull at first
+def test_one_that_is_let_go_from_rest_as_the_log_begins_is_not_held(noise, friction):
+    assert not load_log(swing(0.0, noise=noise, friction=friction), table=PENDULUM, name="free").faults

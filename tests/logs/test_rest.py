@@ -101,6 +101,7 @@ def test_a_log_that_begins_with_a_step_from_rest_is_led_by_rest_where_the_machin
         (after(0.5), np.where(AXIS_T < 0.5, 2.0, 6.0), "what holds it had been commanded"),
         (after(0.0), 6.0 * np.cos(AXIS_T), "what is commanded changes at once"),
         (after(0.0), np.where(AXIS_T < 0.5, 0.0, 6.0), "nothing is commanded at first"),
+        (np.where(AXIS_T < 1.0, 0.4 * AXIS_T, 3.0 - 0.4 * AXIS_T), np.full(len(AXIS_T), 6.0), "it jumps, but moves"),
     ],
 )
 def test_a_log_that_begins_otherwise_is_left_as_it_is(x, volts, why):

@@ -6,8 +6,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from tests.inspection.test_survey import pole_on_a_cart
 from tests.plants.machines import LEVER, log_of, model_of
-from wheelpend import Model, simulate
+from wheelpend import Log, Model, simulate
 from wheelpend.inspection.inspect import inspect_for_model
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnTable
@@ -70,3 +71,25 @@ def test_a_robot_with_a_tachometer_is_inspected_as_one_without_at_any_angle_too(
 
 def test_the_table_of_logs_read_without_a_model_is_that_of_the_first_plant():
     assert ColumnTable.of(plant_signature("wheel_pendulum", model_of("wheel_pendulum").assumptions)) == DEFAULT_TABLE
+
+
+@pytest.mark.parametrize("pulsatance", [5.0, 20.0])  # the equations fit with a sign turned round, or at another time
+def test_what_a_spring_does_to_the_phase_of_a_sine_is_no_fault_of_wiring(pulsatance):
+    """Friction that gives before it slides is one: the place is then in phase with the input, and not its speed."""
+    model, log = model_of("slide"), log_of("slide")
+    push = 4.0 * np.sin(pulsatance * log.t)
+    noise = np.random.default_rng(2).normal(size=len(log)) * 2e-5
+    elastic = replace(log, voltage=push, measured=(0.01 * push + noise)[:, None])
+    found = [f.kind for f in inspect_for_model(model, elastic).findings]
+    assert "time_shift" not in found and "flipped_sign" not in found
+
+
+def test_a_pole_that_counts_the_other_way_is_found_though_its_cart_hardly_feels_it():
+    """Its row, which no input drives, tells: gravity and what the cart does must balance its acceleration."""
+    model = Model.parse('plant = "cart_pole"\n[assumptions]\nrange = "any"\n')
+    moved = pole_on_a_cart(hanging=True)
+    push = 1.5 * np.sin(2.1 * moved["t"]) + 1.1 * np.sin(5.7 * moved["t"] + 1.0)  # the cart's acceleration
+    for sign, found in ((-1.0, []), (1.0, ["theta_p"])):
+        angle = sign * (moved["angle"] + np.pi)
+        log = Log.from_arrays(moved["t"], table=model.table, v_in=20.0 * push, x=moved["x"], theta_p=angle)
+        assert [f.channel for f in inspect_for_model(model, log).findings if f.kind == "flipped_sign"] == found

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
-from wheelpend.inspection.gravity import gravity_misfit
+from wheelpend.inspection.gravity import carried_weight_misfit, gravity_misfit
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN, Signals
 
 MIN_BACKLASH_SHARE = 0.1  # of its range, by which an angle goes back where it turns
 MIN_TURNING_POINTS = 3
+MAX_CARRIED_SHARE = 0.3  # of an input that gravity leaves of what it carries: else it is something else
 MIN_UNIT_GAIN = 2.0  # times less of an acceleration that gravity leaves in degrees than in rad
 
 
@@ -51,4 +52,8 @@ def is_in_degrees(angle: np.ndarray, signals: Signals | None, place: str, inputs
     in_rad, in_degrees = (gravity_misfit(signals, place, inputs, unit) for unit in (1.0, DEGREES_PER_RADIAN))
     if in_degrees * MIN_UNIT_GAIN < in_rad:
         return f"gravity then leaves {in_rad / in_degrees:.3g} times less of its acceleration unexplained than in rad"
+    for pushing in (i for i in inputs if i in signals.channels):
+        in_rad, in_degrees = (carried_weight_misfit(signals, place, pushing, u) for u in (1.0, DEGREES_PER_RADIAN))
+        if in_degrees < MAX_CARRIED_SHARE and in_degrees * MIN_UNIT_GAIN < in_rad:
+            return f"gravity then leaves {in_rad / in_degrees:.3g} times less of {pushing} unexplained than in rad"
     return ""

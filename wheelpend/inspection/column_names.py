@@ -92,15 +92,18 @@ def is_called_time(name: str) -> bool:
 
 
 def is_called_rate(name: str) -> bool:
-    """True of a column that is a rate by its unit, or by its words where it states no unit."""
+    """True of a column that is a rate by its unit or by its words, though the unit be that of its place: x_dot_cm."""
     kind = kind_by_name(name)
+    if kind == "position":
+        return has_word(name, RATE_NAMES)
     return kind == "rate" if kind else contains(name, RATE_NAMES)
 
 
 def is_no_place(name: str) -> bool:
     """True of a column that is a speed by its unit or by one of its words: no position, whatever it does."""
     kind = kind_by_name(name)
-    return kind == "rate" if kind else has_word(name, RATE_NAMES) or name.lower() in SHORT_INPUT_NAMES
+    called = has_word(name, RATE_NAMES)
+    return kind == "rate" or (called and kind != "input") or (not kind and name.lower() in SHORT_INPUT_NAMES)
 
 
 def is_counting(name: str) -> bool:

@@ -7,7 +7,9 @@ the input unexplained than the right one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -17,7 +19,7 @@ from wheelpend.estimation.state_reconstruction import states_from
 from wheelpend.inspection.clocks import MAX_PHYSICAL_DELAY_S, input_shift_finding
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.kinematics import RatePair
-from wheelpend.inspection.signals import MAX_SHIFT_SAMPLES, Signals, scan_time_shifts, uniform_signals
+from wheelpend.inspection.signals import MAX_SHIFT_SAMPLES, Signals, TimeShift, scan_time_shifts, uniform_signals
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
@@ -27,6 +29,8 @@ MIN_FLIP_GAIN = 2.0  # times less of the input that is left where signs are turn
 SAME_SHARE_TOLERANCE = 1e-6  # relative difference of shares that is rounding, which differs from processor to processor
 MIN_FRICTION_SHARE = 0.9  # of an input's power that the sign of a rate explains, from which on it is like dry friction
 MIN_SHIFT_GAIN = 1.3  # times less of it at another time
+MIN_MISFIT_SHARE = 0.05  # of the input's power, that the equations leave without a shift: below they hold well enough
+MAX_SHIFT_DISAGREEMENT = 0.3  # of a shift, by which another one differs that springs beside the equations lead to
 
 
 class InputRegression(NamedTuple):
@@ -50,15 +54,43 @@ def find_input_faults(
         return []
     if alike := friction_like_coordinate(signals, module):
         return [friction_like_finding(signals.input, alike)]
-    flipped = smallest_flip(signals, module, pairs)
+    flipped = flipped_columns(signals, module, pairs)
     corrections.sign.update(dict.fromkeys(flipped, -corrections.sign.get(flipped[0], 1) if flipped else -1))
     findings = [flip_finding(name) for name in flipped]
     signals = with_signs_flipped(signals, flipped)
-    late = scan_time_shifts(input_residual(input_regression(signals, module), signals))
-    physical = 0 < -late.samples * signals.dt <= MAX_PHYSICAL_DELAY_S  # a delay that the diagnosis finds
-    if late.share < MAX_UNEXPLAINED_SHARE and late.is_significant(MIN_SHIFT_GAIN) and not physical:
-        findings.append(input_shift_finding(signals.input, late.samples, signals.dt))
+    if late := _time_shift(signals, module):
+        findings.append(input_shift_finding(signals.input, late, signals.dt))
     return findings
+
+
+def _time_shift(signals: Signals, module: KernelModule) -> float:
+    """Samples by which the input is logged too late, or too early by more than an actuator's delay; 0 where neither.
+
+    What the equations lack shifts the phase of an input too: a spring, or what gives before it slides, by up to a
+    quarter of its period. So a shift counts only where the equations leave much of the input without it, and where
+    springs beside them lead to the same.
+    """
+    system = input_regression(signals, module)
+    late = scan_time_shifts(input_residual(system, signals))
+    physical = 0 < -late.samples * signals.dt <= MAX_PHYSICAL_DELAY_S  # a delay that the diagnosis finds
+    misfit = late.gain * late.share
+    if physical or late.share > MAX_UNEXPLAINED_SHARE or misfit < MIN_MISFIT_SHARE or not _is_shift(late):
+        return 0.0
+    other = scan_time_shifts(input_residual(with_springs(system, signals, module), signals))
+    alike = abs(other.samples - late.samples) < MAX_SHIFT_DISAGREEMENT * abs(late.samples)
+    return late.samples if alike and _is_shift(other) else 0.0
+
+
+def _is_shift(late: TimeShift) -> bool:
+    return late.is_significant(MIN_SHIFT_GAIN)
+
+
+def with_springs(system: InputRegression, signals: Signals, module: KernelModule) -> InputRegression:
+    """The equations with a spring of either sign on each coordinate beside them."""
+    values, slopes = (np.column_stack([signals.smooth(c, k)[signals.rows] for c in module.OUTPUTS]) for k in range(2))
+    places = states_from(module, values, slopes)[:, : module.NQ]
+    springs = (places[:, :, None] * np.eye(module.NQ)).reshape(-1, module.NQ)
+    return system._replace(matrix=np.column_stack([system.matrix, springs]))
 
 
 def find_second_encoder_fault(
@@ -128,17 +160,37 @@ def friction_like_finding(name: str, coordinate: str) -> Finding:
     return Finding("friction_like_input", name, sentence, cure, None)
 
 
-def smallest_flip(signals: Signals, module: KernelModule, pairs: Sequence[RatePair]) -> tuple[str, ...]:
+def flipped_columns(signals: Signals, module: KernelModule, pairs: Sequence[RatePair]) -> tuple[str, ...]:
+    """The columns that count the other way, by what the input does; or, where that is right, by what it does not do.
+
+    Not where a spring beside the equations does as well: in a sine it pulls against the inertia.
+    """
+    by_input = partial(unexplained_share, module=module)
+    if found := smallest_flip(signals, pairs, by_input):
+        turned = with_signs_flipped(signals, found)
+        as_is, other = (unexplained_share(s, module, springs=True) for s in (signals, turned))
+        return found if as_is > MIN_FLIP_GAIN * other else ()
+    if by_input(signals) > MAX_UNEXPLAINED_SHARE:
+        return ()
+
+    def by_rest(trial: Signals) -> float:
+        return undriven_share(trial, module) if by_input(trial) <= MAX_UNEXPLAINED_SHARE else math.inf
+
+    return smallest_flip(signals, pairs, by_rest)
+
+
+def smallest_flip(signals: Signals, pairs: Sequence[RatePair], misfit: Callable[[Signals], float]) -> tuple[str, ...]:
     """The smallest set of columns with whose signs turned round the equations fit; empty where they fit as they are.
 
-    An angle and its rate turn together. All turned round is the same machine: of two complements the smaller one.
+    ``misfit`` is the share that the equations leave of what it measures. An angle and its rate turn together. All
+    turned round is the same machine: of two complements the smaller one.
     """
     paired = {c for p in pairs for c in p}
     groups = [(signals.input,), *((c,) for c in signals.channels if c not in paired), *map(tuple, pairs)]
-    as_is = unexplained_share(signals, module)
+    as_is = misfit(signals)
     for size in range(1, len(groups) // 2 + 1):
         sets = [tuple(c for group in chosen for c in group) for chosen in combinations(groups, size)]
-        shares = [unexplained_share(with_signs_flipped(signals, s), module) for s in sets]
+        shares = [misfit(with_signs_flipped(signals, s)) for s in sets]
         best = int(np.argmax(np.array(shares) <= (1.0 + SAME_SHARE_TOLERANCE) * min(shares)))  # the first of equal ones
         if shares[best] < MAX_UNEXPLAINED_SHARE and as_is > MIN_FLIP_GAIN * shares[best]:
             return sets[best]
@@ -157,9 +209,28 @@ def with_signs_flipped(signals: Signals, names: Sequence[str]) -> Signals:
     return signals._replace(voltage=-signals.voltage if signals.input in names else signals.voltage, channels=channels)
 
 
-def unexplained_share(signals: Signals, module: KernelModule) -> float:
+def unexplained_share(signals: Signals, module: KernelModule, *, springs: bool = False) -> float:
     """Share of the input's power that the equations leave unexplained, at the best time shift."""
-    return scan_time_shifts(input_residual(input_regression(signals, module), signals)).share
+    system = input_regression(signals, module)
+    return scan_time_shifts(input_residual(with_springs(system, signals, module) if springs else system, signals)).share
+
+
+def undriven_share(signals: Signals, module: KernelModule) -> float:
+    """Share of their largest term that the equations of the rows that no input drives leave; 0 where each is driven.
+
+    A pole's acceleration, the push of its cart and gravity balance: with the one turned round they do not.
+    """
+    system, left, power = input_regression(signals, module), 0.0, 0.0
+    matrix = system.matrix.reshape(*system.share.shape, -1)
+    for row in np.flatnonzero(~system.share.any(axis=0) & ~system.known.any(axis=0)):
+        terms = matrix[:, row]
+        largest = int(np.argmax(np.linalg.norm(terms[:, : system.positive], axis=0)))
+        others = np.delete(terms, largest, axis=1)
+        rest, _ = positive_least_squares(system._replace(matrix=others, positive=system.positive - 1))(
+            -terms[:, largest]
+        )
+        left, power = left + float(rest @ rest), power + float(terms[:, largest] @ terms[:, largest])
+    return left / power if power else 0.0
 
 
 def input_regression(signals: Signals, module: KernelModule) -> InputRegression:

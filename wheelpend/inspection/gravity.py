@@ -76,6 +76,20 @@ def gravity_fit(
     return residual_power(np.column_stack(columns), bend)
 
 
+def carried_weight_misfit(signals: Signals, place: str, input: str, unit: float) -> float:
+    """Share of an input that inertia, friction and gravity leave, in a unit, over what they leave without gravity.
+
+    Where an angle hardly accelerates, an arm that is moved slowly, what carries its weight tells of gravity.
+    """
+    rows = signals.rows
+    angle, speed, bend = (signals.smooth(place, k)[rows] / unit for k in range(3))
+    moved = [bend, speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300)), np.ones(len(rows))]
+    pull = [np.sin(angle), np.cos(angle)]
+    pushed = signals.smooth(input)[rows]
+    without, pulled = (residual_power(np.column_stack(columns), pushed)[0] for columns in (moved, [*moved, *pull]))
+    return pulled / (without + 1e-300)
+
+
 def residual_power(matrix: np.ndarray, target: np.ndarray) -> tuple[float, np.ndarray]:
     """Power that least squares leave, and the coefficients."""
     solution = np.linalg.lstsq(matrix, target, rcond=None)[0]

@@ -58,7 +58,8 @@ def guess_units(
         elif values is not None and name in untold:
             guess = guess_counts(column, values, own)
         elif values is not None and own in ("rad", "m") and not (table.wiring_check and survey.signals):
-            guess = guess_place(survey, column, values, own, survey.of_role("input"))
+            turns = any(table.units[c] == "rad" for c in table.channels)
+            guess = guess_place(survey, column, values, own, survey.of_role("input"), beside_angle=turns)
         else:
             guess = None  # the equations of motion say it
         found |= {name: guess} if guess else {}
@@ -75,12 +76,19 @@ def guess_clock(survey: Survey) -> Guess | None:
     return Guess(ColumnMap(clock.column, scale=scale), said)
 
 
-def guess_place(survey: Survey, column: str, values: np.ndarray, own: str, inputs: list[str]) -> Guess | None:
-    """A guess of the unit of a position (N,) whose quantity is in rad or m; None of one that may be in that."""
+def guess_place(
+    survey: Survey, column: str, values: np.ndarray, own: str, inputs: list[str], *, beside_angle: bool = False
+) -> Guess | None:
+    """A guess of the unit of a position (N,) whose quantity is in rad or m; None of one that may be in that.
+
+    A way ``beside_angle``, a cart's beside its pole, is one: along a slide it may be what its motor's shaft turns.
+    """
     counting = is_counting(column) and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
-    if own == "rad" and not counting and (why := is_in_degrees(values, survey.signals, column, inputs)):
+    if own == "rad" and not counting and (why := is_in_degrees(values, survey.longest, column, inputs)):
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
     way = float(np.nanmax(values) - np.nanmin(values))
+    if own == "m" and not counting and way > MAX_WAY_M and beside_angle:
+        return Guess(ColumnMap(column, "mm"), f"millimetres, for no carriage goes {way:.3g} m")
     if own == "m" and not counting and way > MAX_WAY_M:
         said = f"degrees of a shaft, which are then rad, for no carriage goes {way:.3g} m"
         return Guess(ColumnMap(column, scale=math.pi / 180), said)

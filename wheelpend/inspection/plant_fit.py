@@ -12,7 +12,7 @@ import numpy as np
 
 from derive import plants
 from derive.plant_signature import PlantSignature
-from wheelpend.inspection.column_names import suggested_input_base, unit_within
+from wheelpend.inspection.column_names import stated_base, suggested_input_base, unit_within, without_unit
 from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import Survey
 from wheelpend.kernels.plant_signature import plant_signature
@@ -163,21 +163,29 @@ def is_called(name: str, column: str, table: ColumnTable) -> bool:
 
 
 def in_order(names: tuple[str, ...] | list[str], columns: list[str], table: ColumnTable) -> dict[str, str]:
-    """A column for each name: its own, the one that is called so, and the others in their order."""
-    exact = {n: n for n in names if n in columns}
-    free, left = [c for c in columns if c not in exact], [n for n in names if n not in exact]
+    """A column for each name: its own, the one that is called so, and the others in their order.
+
+    None gets a column that states a unit of another kind, as long as others are left.
+    """
+    bare = {without_unit(c): c for c in reversed(columns)}
+    exact = {n: n if n in columns else bare[n] for n in names if n in columns or n in bare}
+    free, left = [c for c in columns if c not in exact.values()], [n for n in names if n not in exact]
     guessed = guess_columns(free, left, table) if len(set(names)) > 1 else {}
     if len(left) > 1 and len(set(map(without_digits, free))) == 1:
         guessed = {}  # pos1, pos2: in their order
     found = exact | {n: c for n, c in guessed.items() if c}
-    rest = iter(c for c in free if c not in found.values())
-    return {n: found.get(n) or next(rest) for n in names}
+    rest = [c for c in free if c not in found.values()]
+    for name in (n for n in names if n not in found):
+        suiting = [c for c in rest if stated_base(c) in ("", table.units[name])]
+        found[name] = (suiting or rest)[0]
+        rest.remove(found[name])
+    return {n: found[n] for n in names}
 
 
 def kept_in_range(columns: dict[str, str], table: ColumnTable, survey: Survey) -> dict[str, str]:
     """Columns of a plant's positions; the one that must stay within ±π/2 does, where another than its own does.
 
-    Unless its own is called so: theta may be a wheel's angle as well as a pitch.
+    Unless its own is called so: theta may be a wheel's angle as well as a pitch. Nor where units say otherwise.
     """
     name = table.range_channel
     if name not in columns or columns[name] == name or is_called(name, columns[name], table):
@@ -186,7 +194,10 @@ def kept_in_range(columns: dict[str, str], table: ColumnTable, survey: Survey) -
     if name in within or len(within) != 1 or is_called(within[0], columns[within[0]], table):
         return columns
     other = within[0]
-    return {**columns, name: columns[other], other: columns[name]}
+    swapped = {name: columns[other], other: columns[name]}
+    if any(survey.base_of(c) not in ("", table.units[n]) for n, c in swapped.items()):
+        return columns
+    return {**columns, **swapped}
 
 
 def without_digits(name: str) -> str:

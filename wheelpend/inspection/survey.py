@@ -106,6 +106,11 @@ class Survey(NamedTuple):
         """A column by its name."""
         return next(c for c in self.columns if c.name == name)
 
+    @property
+    def longest(self) -> Signals | None:
+        """The signals; of a log too short for most of what they are asked, its longest stretch without a gap."""
+        return self.signals or max(self.stretches, key=lambda s: len(s.voltage), default=None)
+
     def base_of(self, name: str) -> str:
         """The unit of SI that a column's name states or the step of its encoder shows; rad of one called an angle."""
         shown = self.column(name).remark.endswith(COUNTS_ENDING) or has_word(name, ANGLE_NAMES)
@@ -122,6 +127,8 @@ def survey_file(path: Path) -> Survey:
     check_length(path.name, len(next(iter(values.values()))))
     likely = next((n for n in values if n == "t" or contains(n, TIME_ALIASES)), "")
     clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
+    if clock is None and likely:
+        check_time(path.name, values[likely])  # says in which row it does not grow
     if clock is None:
         raise Failure(f"{path.name}: one column must be the time, growing from row to row; none of {', '.join(values)} "
                       "does. Sort the rows, or add the times.")  # fmt: skip

@@ -11,7 +11,7 @@ and continuous, and the noise of its channels. Question: what was measured, when
 - commands: an input without values for a while, or logged only when it changes
 - checks: errors and warnings of a log that was read
 - same_record: rows that two logs have in common
-- recording: a log without what is no measurement, by `faults` (saturated sensors, joined recordings, a machine on the
+- recording: a log without what is no measurement, by `faults` (saturated sensors, joined recordings, one held or on the
   floor), which are `finding`s
 - runs: the stretches of samples in which something holds
 - rest: from where on a machine stands still until its log ends, and logs that begin with a step from rest

@@ -5,7 +5,7 @@ A recording is cured where that is safe: what is no measurement is left out, and
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -21,6 +21,8 @@ MIN_CEILING_STEPS = 3.0  # quanta by which a reading enters or leaves a ceiling;
 MIN_CEILING_KINK = 0.1  # the same of a reading without quanta, in usual steps
 MAX_REST_SHARE = 0.05  # of the largest speed, up to which a machine counts as at rest, whatever the gyro's offset
 USUAL_LARGEST = 0.99  # quantile of the speeds that counts as the largest, spikes apart
+HELD_BAND_SHARE, HELD_BAND_SIGMAS = 0.02, 8.0  # of its way, and of noise, within which a machine stands still
+MIN_HELD_RATIO, MIN_HELD_SAMPLES = 0.5, 5  # of standing still to half of the way, and samples, of one that is held
 LYING_ANGLE_RAD = 0.35  # from upright, from where on no wheel catches the body: 20°
 LYING_BAND_RAD = 0.05  # within which a body that lies stays; a free one falls further within LYING_TIME_S
 LYING_TIME_S = 0.5
@@ -118,6 +120,31 @@ def lying_finding(name: str, t: np.ndarray, lying: np.ndarray, machine: str) -> 
     what = "throughout" if lying.mean() > 0.99 else f"for {total:.3g} s in all, first from t = {t[first]:.6g} s"
     sentence = f"{name} rests far from upright {what}: the {machine} lies or is held, and those samples are left out."
     return Finding("lying", name, sentence, "Cut them off, or record a log in which it stands.", total)
+
+
+def held_samples(t: np.ndarray, places: Sequence[np.ndarray]) -> int:
+    """Number of first samples in which a machine that nothing drives is held: it stands still, and then it moves.
+
+    One that is let go from rest creeps off, but the time in which it goes a fiftieth of its way is short against that
+    in which it goes half of it: a quarter of it under a constant force. 0 where it is not held, or noise hides that.
+    """
+    last, half = len(t), len(t)
+    for values in places:
+        gone = np.abs(values - values[:1])
+        way = float(np.nanmax(gone, initial=0.0))
+        if HELD_BAND_SIGMAS * difference_noise(values) > HELD_BAND_SHARE * way:
+            return 0
+        last = min(last, int(np.argmax(gone > HELD_BAND_SHARE * way)))
+        half = min(half, int(np.argmax(gone > 0.5 * way)))
+    held = last < len(t) and t[last] - t[0] > MIN_HELD_RATIO * (t[half] - t[last])
+    return last if held and last >= MIN_HELD_SAMPLES else 0
+
+
+def held_finding(t: np.ndarray, held: int, machine: str) -> Finding:
+    """The finding on the first samples, in which a machine is held."""
+    sentence = (f"The {machine} stands still until t = {t[held]:.4g} s and then moves, though nothing drives it: "
+                "something holds it, and those samples are left out.")  # fmt: skip
+    return Finding("held", "", sentence, "Cut them off, or begin a log when the machine is let go.", float(t[held]))
 
 
 def find_seams(t: np.ndarray, channels: Mapping[str, np.ndarray], positions: list[str]) -> list[tuple[int, list[str]]]:

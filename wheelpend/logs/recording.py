@@ -1,4 +1,4 @@
-"""A log without what is no measurement: readings of a saturated sensor, a machine on the floor, joined recordings."""
+"""A log without what is no measurement: a saturated sensor, a machine that is held or lies, joined recordings."""
 
 from __future__ import annotations
 
@@ -9,7 +9,15 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.logs.faults import find_seams, lying_finding, lying_samples, saturated, seam_finding
+from wheelpend.logs.faults import (
+    find_seams,
+    held_finding,
+    held_samples,
+    lying_finding,
+    lying_samples,
+    saturated,
+    seam_finding,
+)
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
 
@@ -46,6 +54,10 @@ def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
             raise Failure(f"{log.name}: the {table.words.machine} must {table.words.stay}, but {faults[-1].sentence} "
                           "Record a log in which it stands.")  # fmt: skip
         without_input |= lying
+    places = [values for c, values in channels.items() if table.units[c] in ("rad", "m")]
+    if not table.inputs and (held := held_samples(log.t, places)):
+        faults.append(held_finding(log.t, held, table.words.machine))
+        without_input[:held] = True
     for name in (c for c in channels if c in table.rates or c == table.range_channel):
         rate = name if name in table.rates else next((r for r, a in table.rates.items() if a == name), "")
         channels[name], found = saturated(name, channels[name], measured.get(rate))

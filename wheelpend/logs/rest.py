@@ -10,7 +10,7 @@ import numpy as np
 
 from wheelpend.logs.checks import is_step_from_rest
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.logs.log import EXCERPT_SAMPLES, REST_SHARE, Log
+from wheelpend.logs.log import EXCERPT_SAMPLES, GAP_INTERVAL_RATIO, REST_SHARE, Log
 
 LEAD_S = 0.2  # of rest before a step with which a log begins: longer than a command is remembered
 REST_BAND_SIGMAS = 12.0  # of a channel's noise, that its readings spread at rest: a hundred million reach 11.5
@@ -46,8 +46,9 @@ def led_by_rest(log: Log, table: ColumnTable) -> Log:
     """
     places = [k for k, c in enumerate(log.channels) if table.units.get(c) in ("rad", "m")]
     known = np.isfinite(log.voltage[:1]).all() and log.voltage[:1].any() and np.isfinite(log.measured[0, places]).all()
-    by_name = dict(zip(log.channels, log.measured.T, strict=True))
-    if log.lead or not known or not is_step_from_rest(by_name, table) or not _moves_while_held(log):
+    held = log.measured[: _held_until(log)]
+    by_name = dict(zip(log.channels, held.T, strict=True))
+    if log.lead or not known or not is_step_from_rest(by_name, table) or not _moves_in(log, held):
         return log
     lead = math.ceil(LEAD_S / log.dt)
     seen = np.full((lead, len(log.channels)), np.nan)
@@ -65,9 +66,13 @@ def led_by_rest(log: Log, table: ColumnTable) -> Log:
     )
 
 
-def _moves_while_held(log: Log) -> bool:
-    """True where a channel leaves its first value by more than a share of its range before any command changes."""
-    changes = np.flatnonzero((log.inputs != log.inputs[:, :1]).any(axis=0))
-    held = log.measured[: changes[0] if len(changes) else len(log)]
-    left, most = (np.nanmax(np.abs(values - log.measured[0]), axis=0) for values in (held, log.measured))
+def _held_until(log: Log) -> int:
+    """The first sample at which a command changes, or which follows a gap or a jump of a sensor; else the log's end."""
+    ends = (log.inputs[:, 1:] != log.inputs[:, :1]).any(axis=0) | (np.diff(log.t) > GAP_INTERVAL_RATIO * log.dt)
+    return min([*(np.flatnonzero(ends)[:1] + 1).tolist(), *log.breaks[:1], len(log)])
+
+
+def _moves_in(log: Log, part: np.ndarray) -> bool:
+    """True where in a part (n, channels) of a log one leaves its first value by more than a share of its range."""
+    left, most = (np.nanmax(np.abs(values - log.measured[0]), axis=0) for values in (part, log.measured))
     return bool(np.any(left > REST_SHARE * most))  # where the first is unknown, nothing is known
