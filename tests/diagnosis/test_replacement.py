@@ -1,6 +1,7 @@
 """An effect takes the place of a simpler one in the model, and must add to it to be worth naming."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import derive
 from tests.support import simulated
 from wheelpend import Model, add, diagnose
 from wheelpend.diagnosis.evidence import added_p_value
+from wheelpend.diagnosis.likelihood import search
 from wheelpend.diagnosis.refit import replace_contained
 from wheelpend.diagnosis.score_test import EffectSize
 from wheelpend.estimation.data import prepare
@@ -52,3 +54,29 @@ def test_an_inner_parameter_that_is_not_known_adds_nothing(elastic_log):
     scale[place] = 1e4
     blurred = replace(fitted, covariance=fitted.covariance * np.outer(scale, scale))
     assert 0.05 < added_p_value(problem, effect, blurred, "coulomb_drive") <= 1.0
+
+
+def judged(effect: str, deviance: float, *, certain: bool = False, followed: bool = True) -> SimpleNamespace:
+    candidate, model = SimpleNamespace(effect=effect), SimpleNamespace(deviance=deviance)
+    return SimpleNamespace(candidate=candidate, model=model, is_certain=certain, is_followed=followed)
+
+
+@pytest.mark.parametrize(
+    ("drag", "lost", "likelier", "displaced"),
+    [
+        (judged("quadratic_drive", 90.0), ["viscous_drive"], True, "viscous_drive"),
+        (judged("quadratic_drive", 90.0), ["viscous_drive"], False, ""),  # the model is less likely without it
+        (judged("quadratic_drive", 90.0), ["slope"], True, ""),  # which was in the model from the first
+        (judged("quadratic_drive", 90.0), ["quadratic_drive", "viscous_drive"], True, ""),  # itself impossible
+        (judged("quadratic_drive", 90.0, followed=False), ["viscous_drive"], True, ""),  # no data follow it
+        (judged("quadratic_drive", 90.0, certain=True), ["viscous_drive"], True, ""),  # it is named already
+    ],
+)
+def test_an_effect_is_displaced_by_one_with_which_it_drives_if_the_model_is_likelier_so(
+    drag, lost, likelier, displaced, monkeypatch
+):
+    monkeypatch.setattr(search, "without_meaning", lambda model: lost if model is drag.model else [])
+    without = SimpleNamespace(deviance=95.0 if likelier else 105.0)
+    monkeypatch.setattr(search, "without_effect", lambda model, effect: without)
+    base, other = SimpleNamespace(deviance=100.0), judged("cogging", 99.0)
+    assert search._displaced(base, [other, drag], ["viscous_drive"], print) == displaced

@@ -151,6 +151,8 @@ def test_the_likeliest_are_said_in_percent():
     assert sentence.endswith("a with another too small to be seen here 14 %.")
     (empty,) = structures_text(structures([RoundEvidence({}, "")], LIBRARY, 1.0))
     assert empty.startswith("Probabilities: nothing is missing 50 %, an effect too small to be seen here 35 %")
+    (beside,) = structures_text(structures([RoundEvidence({}, "")], LIBRARY, 1.0), beside_force=True)
+    assert beside.startswith("Probabilities: nothing that repeats is missing 50 %")
     assert not list(structures_text(()))
 
 

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from derive.effects import find
 from wheelpend import Model
 from wheelpend.diagnosis.likelihood.remaining import ImpossibleLaw
 from wheelpend.diagnosis.likelihood.repeatability import FORCE_KIND, READING_KIND, RepeatingFunction
@@ -59,7 +60,7 @@ def test_without_a_force_sensor_noise_explains_the_rest():
 def test_a_sensor_with_an_error_of_its_own_is_named():
     lines = remainder_sentences(Remainder(sensors={"theta_p": SensorError(9e-4, "rad", 2.1, 0.3)}), MODEL)
     assert lines == [
-        "Nothing is left to chance: the sensors explain the rest.",
+        "No random force is left: what is not predicted is taken for errors of the sensors.",
         "theta_p has an error of its own of 0.9 mrad (2.1 σ), correlation time 300 ms: "
         "it was filtered, fused or drifts.",
     ]
@@ -145,12 +146,15 @@ def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_
 )
 def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as_uncertain(share, what):
     def tried(effect, error_after, is_possible=True):
-        return SimpleNamespace(effect=effect, error_after=error_after, is_possible=is_possible)
+        coefficients = dict.fromkeys(find(effect).parameters)
+        return SimpleNamespace(
+            effect=effect, error_after=error_after, is_possible=is_possible, coefficients=coefficients
+        )
 
     def said(*refitted):
         found = SimpleNamespace(
             error=35.0, noise_floor=1.0, verdict="unexplained", remainder=Remainder({"wheel": force(share=share)}),
-            refitted=refitted, horizon_s=0.5, problem=SimpleNamespace(plant=MODEL.plant_signature),
+            refitted=refitted, horizon_s=0.5, problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
         return verdict_beside_force_text(found)
 
@@ -158,6 +162,8 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     assert best.startswith(what) and ("improbable" in best) == (share < 0.5)
     assert "With viscous_drive the held-out error falls from 35 to 8" in best and "not certain" in best
     assert "With" not in said(tried("slope", 30.0)) and "With" not in said()
+    alike = said(tried("stribeck_drive", 7.99), tried("coulomb_asymmetry", 8.0), tried("coulomb_drive", 8.01))
+    assert "With coulomb_drive the held-out error falls" in alike  # of equally good ones the simplest
 
 
 def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():

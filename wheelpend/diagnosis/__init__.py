@@ -5,6 +5,7 @@ ladder, `Comparison`. Question: what is missing, how sure is that, and how much 
 
 - `criteria`: thresholds that several modules share.
 - `score_test`: the expected gain of every effect, from one linearisation.
+- `equation_scores`: effects by what a regression with the plant's parameters leaves of the equations.
 - `pair_search`: the pair of effects that leaves least together.
 - `events`: effects that happen once, and when.
 - `backlash_start`: a start for backlash, whose contacts make and break.

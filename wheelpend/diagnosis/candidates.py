@@ -14,6 +14,7 @@ import numpy as np
 import derive
 from derive.effects import Effect
 from wheelpend.diagnosis.criteria import MAX_ADDED_EFFECTS, MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.equation_scores import EquationScore, leading_by_equations
 from wheelpend.diagnosis.evidence import CandidateFit, Comparisons, ValidatedFit, evaluate_candidate
 from wheelpend.diagnosis.ranking import is_clearly_better, nested_effects, rank_candidates, with_contained
 from wheelpend.diagnosis.refit import (
@@ -26,6 +27,7 @@ from wheelpend.diagnosis.refit import (
     multistart_fit,
     significance_fit,
     starts_for,
+    with_equation_start,
     with_nested_effect,
 )
 from wheelpend.diagnosis.score_test import ScoreTest
@@ -56,6 +58,7 @@ class ScreenedModel:
     short_base: Fit  # of short segments
     short_score_tests: list[ScoredStart]
     full_score_test: ScoreTest  # that of full segments, at the fit
+    equation_scores: Mapping[str, EquationScore]  # of effects, by name; none where the fit lies in the noise
 
 
 class CandidateSelection:
@@ -132,13 +135,16 @@ class CandidateSelection:
         tests = (*(found for _, found in screened.short_score_tests), screened.full_score_test)
         leading = (c for found in tests for c in found.candidates[:MAX_REFITTED_EFFECTS])
         promising = (c for c in leading if c.gain > min_gain(self.problem, base.fit, error, c.effect))
-        return with_contained(self.problem, list(dict.fromkeys(c.effect.name for c in promising)))
+        names = [*(c.effect.name for c in promising), *leading_by_equations(screened.equation_scores)]
+        return with_contained(self.problem, list(dict.fromkeys(names)))
 
     def short_fit(self, name: str) -> PartialRefit:
         """A few iterations on short segments from every start."""
         self.progress(f"refitting with {name}")
-        starts = starts_for(self.screened.short_score_tests, name)
-        return name, multistart_fit(self.problem, self.screened.short_base, starts)
+        screened = self.screened
+        starts = starts_for(screened.short_score_tests, name)
+        starts = with_equation_start(starts, screened.equation_scores, screened.short_base)
+        return name, multistart_fit(self.problem, screened.short_base, starts)
 
     def probe(self, partial: PartialRefit) -> Fit:
         """A few iterations on middling segments."""

@@ -7,11 +7,16 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import derive
+from derive.effects import InternalPlay
 from derive.parameter_name import short_name
+from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import estimates_per_log
 from wheelpend.diagnosis.explain import STEP_COLUMNS, Step, fitted_model, step_rows
+from wheelpend.diagnosis.likelihood.search import likely_fits
+from wheelpend.diagnosis.physical import is_physical
 from wheelpend.diagnosis.refit import Progress, refit_with
 from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.fit import Fit
@@ -21,7 +26,7 @@ from wheelpend.estimation.problem import EstimationProblem, extended_effects, re
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.estimation.workable_horizon import over_workable_horizon
 from wheelpend.identification.remainder import Remainder
-from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
+from wheelpend.identification.remainder_at import found_or_warning, refitted_remainder, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings, undetermined_warnings
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
@@ -116,8 +121,24 @@ def _changed(
         refitted_remainder, changed, [after.of_log(k) for k in range(len(changed.logs))]
     )
     undetermined = undetermined_warnings(changed.module, changed.plant, parameter_table(changed, after))
-    said = (*problem.warnings, *undetermined, *warnings, *remainder_warnings(left, problem.plant))
+    astray = () if remove else _added_in_vain(problem, step)
+    said = (*problem.warnings, *astray, *undetermined, *warnings, *remainder_warnings(left, problem.plant))
     return Change(step, fitted_model(changed, after, left), changed, before, after, left, said)
+
+
+def _added_in_vain(problem: EstimationProblem, step: Step) -> list[str]:
+    """Warnings of an effect with a size that nothing has, and of one with which the model predicts less well."""
+    found, row = list[str](), problem.effect(step.effect)
+    sizes = [(step.coefficients, step.sigma), *((e.coefficients, e.sigma) for e in step.per_log)]
+    if not all(is_physical(row, values, sigma) for values, sigma in sizes):
+        sized = ", ".join(f"{p} = {step.coefficients[p]:.3g}" for p in step.coefficients)
+        found.append(f"{step.effect} came out with a size that nothing has ({sized}): something else is missing, and "
+                     "takes its shape. `wheelpend diagnose LOG` looks for it.")  # fmt: skip
+    if step.error_after > (1.0 + MIN_RELATIVE_ERROR_DECREASE) * step.error_before:
+        errors = f"{step.error_before:.4g} σ before and {step.error_after:.4g} σ after"
+        found.append(f"With {step.effect} the model predicts held-out data less well, {errors}: "
+                     f"`wheelpend remove {step.effect} LOG` takes it out.")  # fmt: skip
+    return found
 
 
 def _without_values(
@@ -150,7 +171,21 @@ def _fit_both(
     if judging is not without:
         free = free_names(judging, present)
         smaller = fit_model(judging, smaller.values, free, start_per_log=smaller.per_log)
+    elif _is_judged_by_likelihood(without, larger, effect):
+        likely, warnings = found_or_warning(
+            "It could not be refitted with random forces", lambda: likely_fits(without, start, effect, progress)
+        )
+        for warning in warnings:
+            progress(warning)
+        if likely:
+            return NestedFits(without, *likely)
     return NestedFits(judging, smaller, larger)
+
+
+def _is_judged_by_likelihood(problem: EstimationProblem, larger: Fit, effect: str) -> bool:
+    """True where sensor noise is out of reach, so that a search fits with random forces; and a filter can follow."""
+    play = isinstance(derive.effects.find(effect).enters, InternalPlay)
+    return larger.error > MAX_EXPLAINED_ERROR_RATIO * problem.floor and not play
 
 
 def _step_of(

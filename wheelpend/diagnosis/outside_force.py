@@ -121,6 +121,8 @@ def _moves(log: Log, first: int, last: int) -> bool:
 
 def begins_at_a_step(log: Log, onset: float, margin: float) -> bool:
     """True of a force that begins [s] within a margin [s] of where a command jumps by half of its range or more."""
+    if onset < log.t[log.lead]:  # between rest and the step that follows nothing is read
+        return True
     near = np.abs(log.t[1:] - onset) <= margin
     for command in log.known_voltage.reshape(len(log), -1).T:
         jumps, width = np.abs(np.diff(command)), np.ptp(command)

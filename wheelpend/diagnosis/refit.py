@@ -11,6 +11,7 @@ from derive.effects import Effect, InternalPlay
 from derive.parameter_name import effect_of, full_name, short_name
 from wheelpend.diagnosis.backlash_start import find_backlash_start
 from wheelpend.diagnosis.criteria import MIDDLE_HORIZON_SHARE, SHORT_HORIZON_SHARE
+from wheelpend.diagnosis.equation_scores import EquationScore, equation_scores
 from wheelpend.diagnosis.events import find_events, fit_event
 from wheelpend.diagnosis.score_test import Candidate, EffectSize, ScoreTest, linear_names, score_test
 from wheelpend.estimation.continuation import fit_model, fit_segments
@@ -92,6 +93,16 @@ def replace_contained(
 def starts_for(score_tests: list[ScoredStart], name: str) -> list[CandidateStart]:
     """Starts of an effect's refits: the values of each score test with the size that it suggests there."""
     return [(values, c) for values, found in score_tests for c in found.candidates if c.effect.name == name]
+
+
+def with_equation_start(
+    starts: Sequence[CandidateStart], scores: Mapping[str, EquationScore], short: Fit
+) -> list[CandidateStart]:
+    """Starts of an effect's refits, and that of a regression with it where there is one."""
+    found = scores.get(starts[0][1].effect.name)
+    if found is None:
+        return list(starts)
+    return [*starts, ({**short.values, **found.rest()}, starts[0][1]._replace(starts=(EffectSize(found.size(), {}),)))]
 
 
 def refit(problem: EstimationProblem, short: Fit, starts: Sequence[CandidateStart]) -> Fit:
@@ -219,7 +230,8 @@ def refit_with(
     grids = profile_grids(problem, short, [problem.effect(n) for n in (effect, *larger)])
     corrupted = base.error > MAX_EXPLAINED_ERROR_RATIO * problem.floor
     score_tests = short_score_tests(problem, short, start, grids, corrupted=corrupted)
-    partial = refit(problem, short, starts_for(score_tests, effect))
+    starts = with_equation_start(starts_for(score_tests, effect), equation_scores(problem, base.values), short)
+    partial = refit(problem, short, starts)
     free = free_names(problem, extended_effects(problem.model, effect))
     extended = with_stable_step(problem.with_candidates(effect), partial.values)
     found = fit_model(extended, partial.values, free, horizons=(1.0,), start_per_log=partial.per_log)

@@ -10,6 +10,7 @@ import derive
 from wheelpend.diagnosis.alternatives import with_event
 from wheelpend.diagnosis.candidates import CandidateSelection, ScreenedModel
 from wheelpend.diagnosis.criteria import MIDDLE_HORIZON_SHARE, MIN_RELATIVE_ERROR_DECREASE, SHORT_HORIZON_SHARE
+from wheelpend.diagnosis.equation_scores import equation_scores
 from wheelpend.diagnosis.evidence import CandidateFit, ValidatedFit
 from wheelpend.diagnosis.pair_search import leading_pair
 from wheelpend.diagnosis.refit import Progress, short_score_tests
@@ -122,11 +123,11 @@ def screen(problem: EstimationProblem, start: RoundStart, progress: Progress) ->
     grids = profile_grids(problem, short, problem.candidates())
     full_score_test = score_test(problem, fitted, problem.data.estimation, grids)
     if in_noise:  # what is missing, if anything, is small: one score test tells all
-        short_tests = [(fitted.values, full_score_test)]
-    else:
-        corrupted = base.error > MAX_EXPLAINED_ERROR_RATIO * problem.floor
-        short_tests = short_score_tests(problem, short, start.values, grids, corrupted=corrupted)
-    return ScreenedModel(problem, base, short, short_tests, full_score_test)
+        return ScreenedModel(problem, base, short, [(fitted.values, full_score_test)], full_score_test, {})
+    corrupted = base.error > MAX_EXPLAINED_ERROR_RATIO * problem.floor
+    short_tests = short_score_tests(problem, short, start.values, grids, corrupted=corrupted)
+    by_equations = equation_scores(problem, fitted.values) if corrupted else {}
+    return ScreenedModel(problem, base, short, short_tests, full_score_test, by_equations)
 
 
 def _fit_base(problem: EstimationProblem, start: RoundStart) -> tuple[Fit | None, Fit]:

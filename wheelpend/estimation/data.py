@@ -18,7 +18,7 @@ from wheelpend.estimation.problem import EstimationProblem, carries_over, why_no
 from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.checks import check_interval, check_motion
-from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds
+from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds, shortest_segment
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
 from wheelpend.logs.read import load_log
@@ -213,9 +213,10 @@ def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: Plant
 def _segments_of_log(log: Log, noise: Noise, horizon: float, start: int, stop: int, words: PlantWords) -> Segments:
     bounds = segment_bounds(log, horizon, start, stop)
     if not len(bounds):
-        raise Failure(f"{log.name} must hold at least one uninterrupted stretch of 5 samples in which the "
-                      f"{words.machine} {words.stands}, but none was found between {log.t[start]:.2f} s and "
-                      f"{log.t[stop - 1]:.2f} s. Check `wheelpend inspect`.")  # fmt: skip
+        raise Failure(f"{log.name} must hold at least one uninterrupted stretch of {shortest_segment(log, horizon)} "
+                      f"samples, a fifth of the horizon of {horizon:g} s, in which the {words.machine} {words.stands}, "
+                      f"but none was found between {log.t[start]:.2f} s and {log.t[stop - 1]:.2f} s. "
+                      "Check `wheelpend inspect`.")  # fmt: skip
     return Segments(log, noise.sigma, np.ascontiguousarray(bounds, dtype=np.int64))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from wheelpend.estimation.covariance import block_numbers, jackknife_covariance
 from wheelpend.estimation.filter_error import FilterProblem, FilterRun, total_deviance
 from wheelpend.estimation.normal_equations import NormalEquations, bounded_step
+from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.estimation.random_source import RandomSource, Sources, correlation_bounds
 from wheelpend.estimation.scoring import noise_equations, parameter_equations
 
@@ -36,6 +37,11 @@ class Effort(NamedTuple):
     with_gains: bool  # takes in what the gains change, where nothing is gained at held ones
     holds_times: bool = False  # keeps when events begin and end: a large force would carry them off
     holds_sensors: bool = False  # keeps the errors of sensors as they are
+    holds_parameters: bool = False  # keeps θ, and moves the sources alone
+
+    def holds(self, parameter: FreeParameter) -> bool:
+        """True of a parameter that it does not move."""
+        return self.holds_parameters or (self.holds_times and parameter.role == "event time")
 
 
 THOROUGH = Effort(25, 0.1, True)
@@ -166,7 +172,7 @@ class FilterEstimator:
     def _allowed(self, gradient: Gradient, effort: Effort) -> Gradient:
         """The gradient without what an effort does not move."""
         elements = self.problem.space.layout.elements
-        held = [k for k, p in enumerate(elements) if effort.holds_times and p.role == "event time"]
+        held = [k for k, p in enumerate(elements) if effort.holds(p)]
         gradient.parameters.information[held], gradient.parameters.information[:, held] = 0.0, 0.0
         gradient.parameters.score[held] = 0.0
         return gradient

@@ -11,6 +11,7 @@ from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 SLIP_SMOOTHING_RATIO = 0.05  # of the slip's standard deviation, over which the sign of dry friction changes
+SMALLEST_NORM = 1e-300  # added to norms that may be zero
 MIN_PARAMETER_RATIO = 1e-3  # of the largest share, given to a parameter that comes out at zero
 
 
@@ -23,27 +24,39 @@ def nonnegative_least_squares(
     decay of either sign, and dry friction in the slip of the first port. A parameter that comes out at zero gets a
     thousandth of the largest share.
     """
-    from scipy.optimize import nnls  # imported late: it takes long to load, and known values need no such start
-
     states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
     count, signed = len(module.LINEAR), np.isin(module.LINEAR, module.SIGNED)
     decay, drags = free_decay(log.t, tau, module.NQ), np.zeros((*sides.shape, 0))
-    either_sign = [decay, regressors[:, :, signed]]
+    constants = np.zeros((*sides.shape, 0))
     if module.INPUTS and np.ptp(voltage, axis=0).any():  # beside a constant input a constant force explains all of it
         drags, constants = _input_nuisances(module, log, states, voltage, parameters, tau)
-        either_sign.append(constants)
-    both = np.concatenate(either_sign, axis=2)
-    nuisance = np.concatenate([drags, both, -both], axis=2)
-    matrix = np.concatenate([regressors, nuisance, sides[:, :, None]], axis=2)
+    matrix = np.concatenate([regressors, drags, decay, constants, sides[:, :, None]], axis=2)
     root = triangular_factor(matrix.reshape(-1, matrix.shape[2]))
-    scale = np.linalg.norm(root[:, :-1], axis=0) + 1e-300
-    weights = nnls(root[:, :-1] / scale, root[:, -1])[0]
-    first = len(scale) - both.shape[2] + decay.shape[2]  # of the negated columns of signed parameters
-    estimate = weights[:count]
-    estimate[signed] -= weights[first : first + int(signed.sum())]
-    estimate = np.where(signed, estimate, np.maximum(estimate, MIN_PARAMETER_RATIO * estimate.max()))
-    return dict(zip(module.LINEAR, map(float, estimate / scale[:count]), strict=True))
+    either_sign = np.ones(root.shape[1] - 1, dtype=bool)
+    either_sign[: count + drags.shape[2]] = False
+    either_sign[:count] = signed
+    scale = np.linalg.norm(root[:, :count], axis=0) + SMALLEST_NORM
+    shares = scale * nonnegative_solution(root[:, :-1], root[:, -1], either_sign)[0][:count]
+    shares = np.where(signed, shares, np.maximum(shares, MIN_PARAMETER_RATIO * shares.max()))
+    return dict(zip(module.LINEAR, map(float, shares / scale), strict=True))
+
+
+def nonnegative_solution(columns: np.ndarray, right: np.ndarray, signed: np.ndarray) -> tuple[np.ndarray, float]:
+    """Least squares of columns (rows, n) to a right side (rows,), none negative but the ``signed`` (n,) of them.
+
+    Returns the solution (n,), and the norm of what it leaves.
+    """
+    from scipy.optimize import nnls  # imported late: it takes long to load, and known values need no such start
+
+    if not columns.shape[1]:  # of which SciPy makes an abort
+        return np.zeros(0), float(np.linalg.norm(right))
+    scale = np.linalg.norm(columns, axis=0) + SMALLEST_NORM
+    scaled = columns / scale
+    weights, rest = nnls(np.concatenate([scaled, -scaled[:, signed]], axis=1), right)
+    solution = weights[: len(scale)].copy()
+    solution[signed] -= weights[len(scale) :]
+    return solution / scale, float(rest)
 
 
 def _input_nuisances(

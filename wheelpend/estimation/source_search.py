@@ -23,6 +23,7 @@ POLISH = Effort(6, 0.5, True)  # of the fit that ends with them
 MAX_SEARCH_SAMPLES = 10_000  # of all logs together, on which sources are chosen
 FREEST = Effort(25, 0.1, True, holds_times=True)  # of the fit that begins the search
 START = Effort(6, 10.0, True, holds_times=True)  # of fits that decide between starts
+SOURCES_ALONE = Effort(12, 1.0, False, holds_parameters=True)  # of fits that find what is likeliest at a start
 TRIAL_FORCE_SHARES, TRIAL_ERROR_SIGMAS = (0.2, 0.01), (2.0, 0.5)  # first sizes that are tried of a source
 TRIAL_TIMES_S = (0.003, 0.03, 0.3)  # s, its first correlation times
 MAX_TRIED = 2  # sources that are fitted in a round, those that promise most
@@ -99,13 +100,21 @@ def is_explained(estimator: FilterEstimator, point: FilterPoint) -> bool:
 
 
 def _freest(estimator: FilterEstimator, starts: Sequence[np.ndarray], possible: Sources) -> FilterPoint:
-    """A fit with a force on every row and an error of every sensor: from every start large ones, then likely ones."""
+    """A fit with a force on every row and an error of every sensor: from every start large ones, then likely ones.
+
+    Where forces are large the parameters hardly matter, and a fit may carry them so far that it ends in another, less
+    likely place. So a second one begins with the sources that are likeliest at a start, and the likelier one counts.
+    """
     alone = [s for s in possible if not s.lags and (not s.is_force or np.count_nonzero(s.rows) == 1)]
     shares = [START_FORCE_SHARE if s.is_force else START_ERROR_SIGMAS for s in alone]
     sources = tuple(estimator.sized(s, share, START_TIME_S) for s, share in zip(alone, shares, strict=True))
     begun = [estimator.fit(s, estimator.in_all_logs(sources), START, fixed_noise=True) for s in starts]
-    best = min(begun, key=lambda p: p.deviance)
-    return estimator.fit(best.theta, best.sources, FREEST)
+    at_starts = [estimator.fit(s, estimator.in_all_logs(sources), SOURCES_ALONE) for s in starts]
+    ended = []
+    for points in (begun, at_starts):
+        best = min(points, key=lambda p: p.deviance)
+        ended.append(estimator.fit(best.theta, best.sources, FREEST))
+    return min(ended, key=lambda p: p.deviance)
 
 
 def _is_worth(estimator: FilterEstimator, more: FilterPoint, less: FilterPoint) -> bool:

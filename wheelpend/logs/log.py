@@ -258,6 +258,11 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
     return segments_of_ranges(log, horizon_s, ranges)
 
 
+def shortest_segment(log: Log, horizon_s: float) -> int:
+    """Samples that a segment has at least: 5, and those of a fifth of the horizon."""
+    return max(MIN_SEGMENT_SAMPLES, math.ceil(horizon_s / (5 * log.dt) - 1e-6))
+
+
 def segments_of_ranges(log: Log, horizon_s: float, ranges: Sequence[tuple[int, int]]) -> np.ndarray:
     """Ranges of samples cut into consecutive segments, by the same rule, whatever is known of the input before them."""
     if not (math.isfinite(horizon_s) and horizon_s > 0):
@@ -265,7 +270,7 @@ def segments_of_ranges(log: Log, horizon_s: float, ranges: Sequence[tuple[int, i
     dt = log.dt
     # The sample nearest to the end of the horizon begins the next segment; just under a half, so that ties are stable.
     length = horizon_s - 0.49 * dt
-    shortest = max(MIN_SEGMENT_SAMPLES, math.ceil(horizon_s / (5 * dt) - 1e-6))
+    shortest = shortest_segment(log, horizon_s)
     bounds = []
     for begin, end in ranges:
         first = begin

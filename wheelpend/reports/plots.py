@@ -20,6 +20,7 @@ from wheelpend.reports.drawing import INK_COLOUR, MEASURED_COLOUR, figure_style
 from wheelpend.reports.ladder import SVG_COLOURS, ladder_rungs
 from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import prediction_error_text, share_text, whole_digits_text
+from wheelpend.reports.text.remainder import leaves_a_force
 from wheelpend.reports.text.structures import named_probabilities
 
 if TYPE_CHECKING:
@@ -172,7 +173,7 @@ def plot_ladder(result: Ladder, ax: Axes | None = None) -> Axes:
 
 def plot_diagnosis(result: Diagnosis, ax: Axes | None = None) -> Axes:
     """Probabilities of what may be missing; without any, the error that each candidate would leave."""
-    likely = named_probabilities(result.structures)
+    likely = named_probabilities(result.structures, beside_force=leaves_a_force(result.remainder))
     if likely:
         (axes,) = panels(ax, _bars_size(len(likely)))
         values = [100.0 * p for _, p in likely]

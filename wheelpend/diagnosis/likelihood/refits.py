@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ RANKING_SAMPLES = 5_000  # of all logs together, on which it is found which refi
 FIRST_EFFORT = Effort(4, 1.0, False, holds_times=True)  # of a fit that finds the best of several sizes, at held forces
 REFIT_EFFORT = Effort(8, 2.0, False, holds_times=True, holds_sensors=True)  # of the fit that goes on from it
 LAST_EFFORT = Effort(12, 0.5, False, holds_times=True)  # of the fit that ends it, errors of sensors free too
+NO_VALUES: Mapping[str, float] = MappingProxyType({})
 HELD_EFFORT = Effort(8, 1.0, False)  # of a fit at held sources
 
 
@@ -63,13 +65,19 @@ class BegunRefit(NamedTuple):
         return best
 
 
-def with_effect(model: FilteredModel, effect: str, starts: Sequence[EffectSize]) -> BegunRefit:
-    """The model with one effect more, from the best of some sizes; of long logs on a part."""
+def with_effect(
+    model: FilteredModel, effect: str, starts: Sequence[EffectSize], regressed: Mapping[str, float] = NO_VALUES
+) -> BegunRefit:
+    """The model with one effect more, from the best of some sizes; of long logs on a part.
+
+    ``regressed`` are values of its linear parameters and the effect's, from which one more fit begins anew where they
+    are known.
+    """
     started = [_started(model.problem, model.log_values, effect, start) for start in starts]
     problem = model.problem.with_effects(extended_effects(model.problem.model, effect))
     if derive.effects.find(effect).releases:
         problem = with_stable_step(problem, started[0][0])  # what moves inside may be stiffer
-    return _begun_refit(replace(model, problem=problem), started)
+    return _begun_refit(replace(model, problem=problem), started, regressed)
 
 
 def with_both(model: FilteredModel, sizes: Mapping[str, EffectSize]) -> FilteredModel | None:
@@ -144,21 +152,24 @@ def _likeliest_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> F
     return _begun_refit(model, log_values).ended()
 
 
-def _begun_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> BegunRefit:
+def _begun_refit(
+    model: FilteredModel, log_values: Sequence[LogValues], regressed: Mapping[str, float] = NO_VALUES
+) -> BegunRefit:
     """The same, not yet to its end."""
     estimators = _ranking_estimators(model.problem, log_values)
     shortest = estimators[0].correlation_bounds[0]
     starts = [with_forces(model.point.sources, share, slowness, shortest) for share, slowness in FORCE_STARTS]
     begun = [_best_begun(model.problem, estimators, sources) for sources in starts]
-    return BegunRefit((*begun, _begun_anew(model, log_values)))
+    known = _without_own(model.problem.unfitted_start)
+    anew = [known, {**known, **regressed}] if regressed else [known]
+    return BegunRefit((*begun, *(_begun_anew(model, log_values, values) for values in anew)))
 
 
-def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues]) -> FilteredModel:
-    """A fit that begins with what is known of the machine before any fit, and with small and fast random forces.
+def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues], known: Mapping[str, float]) -> FilteredModel:
+    """A fit that begins with what is known of the machine without any fit, and with small and fast random forces.
 
     A model that lacks something may have ended so far away that no refit leads back from there.
     """
-    known = _without_own(model.problem.unfitted_start)
     estimators = _ranking_estimators(model.problem, [[{**v, **known} for v in own] for own in log_values])
     largest, shortest = ANEW_FORCE_SHARE * model.estimator.force_scale, estimators[0].correlation_bounds[0]
     sources = with_forces(model.point.sources, 1.0, FORCE_STARTS[-1][1], shortest, largest)

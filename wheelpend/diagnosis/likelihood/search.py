@@ -13,6 +13,7 @@ import numpy as np
 import derive
 from derive.effects import DryForce, Effect, InternalPlay
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
+from wheelpend.diagnosis.equation_scores import equation_scores, leading_by_equations
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
 from wheelpend.diagnosis.likelihood.judgement import (
     Judged,
@@ -25,6 +26,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
 from wheelpend.diagnosis.likelihood.refits import (
+    NO_VALUES,
     BegunRefit,
     fitted_to_all,
     on_ranking_part,
@@ -42,6 +44,8 @@ from wheelpend.diagnosis.likelihood.whitened_scores import (
     judged_effects,
     leading_effects,
     linear_effects,
+    starts_of,
+    with_leading_by_equations,
 )
 from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
 from wheelpend.diagnosis.negligible import negligible_sentences
@@ -68,6 +72,7 @@ class Round(NamedTuple):
 
     found: tuple[Diagnosis, ...]  # one for each effect that is added, or one that has none
     larger: FilteredModel | None  # None where there is nothing to add
+    displaced: str = ""  # effect that was added before, and in whose place another one is likelier
 
 
 def rounds_by_likelihood(
@@ -84,6 +89,23 @@ def likely_model(problem: EstimationProblem, start: Mapping[str, float], progres
     """The model of a problem, made likely with random forces: where a search by likelihood begins."""
     progress("fitting with random forces")
     return refitted(filtered_model(problem, [start], progress))
+
+
+def likely_fits(
+    problem: EstimationProblem, start: Mapping[str, float], effect: str, progress: Progress
+) -> tuple[Fit, Fit] | None:
+    """Likeliest fits of a problem's model, and of it with one effect more, with random forces, as a search makes them.
+
+    None where no filter can follow the larger one.
+    """
+    model = likely_model(problem, start, progress)
+    progress(f"fitting with {effect} and random forces")
+    row, known = problem.effect(effect), equation_scores(problem, model.log_values[0]).get(effect)
+    begun = with_effect(model, effect, starts_of(model, row), known.values if known else NO_VALUES)
+    ended = begun.ended()
+    if ended is None:
+        return None
+    return fitted_to_all(model).fitted(), fitted_to_all(settled(refined(ended))).fitted()
 
 
 def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
@@ -126,9 +148,9 @@ def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: 
         return not is_done([*rounds, *found])
 
     while True:
-        found, larger = _round(model, [r.named[0].effect for r in rounds], goes_on, progress)
+        found, larger, displaced = _round(model, [r.named[0].effect for r in rounds], goes_on, progress)
         if larger is None:
-            return [*rounds, *found], ""
+            return [*rounds, *found], displaced
         for one in found:
             rounds.append(one)
             if is_done(rounds):
@@ -186,7 +208,24 @@ def _round(
     both = pair and _round_of_pair(pair, _with_evidence_of(worth, judged), added, progress)
     if both and both.larger is not None and goes_on(both.found):
         return both
-    return _last_round(base, judged, worth, progress)
+    last = _last_round(base, judged, worth, progress)
+    return last if last.larger else last._replace(displaced=_displaced(base.model, judged, added, progress))
+
+
+def _displaced(model: FilteredModel, judged: Sequence[Judged], added: Collection[str], progress: Progress) -> str:
+    """The effect in whose place another one is likelier, where both together leave it a size that nothing has; or ''.
+
+    Two laws in turn can do what one did that was added before them: viscous friction, before dry friction and drag.
+    """
+    for one in sorted(judged, key=lambda j: j.model.deviance):
+        effect = one.candidate.effect
+        if one.is_certain or not one.is_followed or effect in without_meaning(one.model):
+            continue
+        for lost in without_meaning(one.model):
+            progress(f"is {effect} likelier in place of {lost}?")
+            if lost in added and _is_replaced(lost, model, one.model):
+                return lost
+    return ""
 
 
 def _as_settled(base: JudgedModel, one: Judged, larger: FilteredModel, tests: int) -> Judged:
@@ -325,11 +364,13 @@ def _likelier_of_each(
 
 def _refits(model: FilteredModel, progress: Progress) -> dict[str, FilteredModel]:
     """The model refitted with each effect that leads the scores or moves inside, by effect: those that are judged."""
-    leaders = [*internal_effects(model), *leading_effects(model)]
+    by_equations = leading_by_equations(equation_scores(model.problem, model.log_values[0]))
+    leaders = with_leading_by_equations([*internal_effects(model), *leading_effects(model)], by_equations)
 
     def begin(one: ScoredEffect, of: FilteredModel) -> BegunRefit:
         progress(f"refitting with {one.effect.name} and a random force")
-        return with_effect(of, one.effect.name, one.starts)
+        known = by_equations.get(one.effect.name)
+        return with_effect(of, one.effect.name, one.starts, known.values if known else NO_VALUES)
 
     with KernelPool() as pool:
         begun = sorted(pool.map(begin, leaders, repeat(model)), key=lambda r: r.deviance)

@@ -14,6 +14,7 @@ import numpy as np
 
 from derive.effects import Effect, InternalPlay
 from derive.parameter_name import effect_of, short_name
+from wheelpend.diagnosis.equation_scores import EquationScore
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, estimator_of
 from wheelpend.diagnosis.score_test import EffectSize, linear_names
 from wheelpend.estimation.filter_fit import FilterPoint
@@ -72,6 +73,15 @@ def leading_effects(model: FilteredModel) -> list[ScoredEffect]:
     return sorted(found.values(), key=lambda s: -s.gain)
 
 
+def with_leading_by_equations(
+    leaders: Sequence[ScoredEffect], by_equations: Mapping[str, EquationScore]
+) -> list[ScoredEffect]:
+    """Leaders, and the effects that lead by what they leave of the equations where these are not among them."""
+    known = {one.effect.name for one in leaders}
+    others = [one for name, one in by_equations.items() if name not in known]
+    return [*leaders, *(ScoredEffect(o.effect, 0.0, (EffectSize(o.size(), {}),)) for o in others)]
+
+
 def judged_effects(model: FilteredModel) -> list[Effect]:
     """Effects that are judged with a random force: all that the model may be missing but events and play.
 
@@ -100,6 +110,16 @@ def internal_effects(model: FilteredModel) -> list[ScoredEffect]:
         starts = tuple(EffectSize({**typical, **setting}, {}) for setting in grids[effect.name].settings)
         found.append(ScoredEffect(effect, np.inf, starts))
     return found
+
+
+def starts_of(model: FilteredModel, effect: Effect) -> tuple[EffectSize, ...]:
+    """Sizes from which a refit with one effect starts, however little it promises."""
+    own = [e for e in internal_effects(model) if e.effect.name == effect.name]
+    grids = profile_grids(model.problem, Fit.at(model.log_values[0]), [effect] if effect.profiled else [])
+    settings = {name: grid.settings for name, grid in grids.items()}
+    scored = own or scored_effects(model, [effect], settings, model.point.sources)
+    typical = {effect.name_of(p): p.typical for p in effect.parameters}
+    return scored[0].starts if scored else (EffectSize(typical, {}),)
 
 
 def scored_effects(

@@ -9,7 +9,7 @@ from wheelpend.model.units import plant_units_of
 from wheelpend.reports.numbers import number_text, p_value_text, prediction_error_text
 from wheelpend.reports.text.effect_sizes import detectable_rows, effect_size_text, log_size_lines
 from wheelpend.reports.text.force_ranges import missing_force_text
-from wheelpend.reports.text.remainder import NOT_ADDED, remainder_sentences
+from wheelpend.reports.text.remainder import NOT_ADDED, leaves_a_force, remainder_sentences
 from wheelpend.reports.text.structures import structures_text
 from wheelpend.reports.text.table import Table, TextBlocks
 from wheelpend.reports.text.unexplained import LawRequest, unexplained_text
@@ -27,7 +27,7 @@ def diagnosis_text(result: Diagnosis, model: Model, asked: LawRequest | None = N
     """The verdict, the candidates, where the model fails, and what the logs would have shown."""
     yield verdict_text(result, model)
     yield from _candidates_text(result, model)
-    yield from structures_text(result.structures)
+    yield from structures_text(result.structures, beside_force=leaves_a_force(result.remainder))
     if result.experiment:
         yield result.experiment
     yield from remainder_sentences(result.remainder, model, NOT_ADDED if result.named else "")

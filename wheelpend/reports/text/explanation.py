@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from wheelpend.reports.ladder import bar_lengths, ladder_rungs
 from wheelpend.reports.numbers import digits_text, prediction_error_text, share_text
 from wheelpend.reports.text.effect_sizes import log_size_lines, rms_input
-from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.remainder import leaves_a_force, remainder_sentences
 from wheelpend.reports.text.structures import structures_text
 from wheelpend.reports.text.table import TextBlocks
 from wheelpend.reports.text.unexplained import LawRequest, unexplained_text
@@ -32,7 +32,7 @@ def explanation_text(result: Ladder, asked: LawRequest | None = None) -> TextBlo
     for step in result.steps:
         yield from _step_lines(step, result)
     yield closing_sentence(result)
-    yield from structures_text(result.structures)
+    yield from structures_text(result.structures, beside_force=leaves_a_force(result.remainder))
     yield from remainder_sentences(result.remainder, result.model)
     yield from unexplained_text(result, asked or LawRequest())
 

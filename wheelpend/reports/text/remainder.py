@@ -21,6 +21,11 @@ MIN_TOLD_SIGMAS = 0.1  # of a sensor, an error of its own that says more than it
 MIN_TOLD_WIDENING = 1.5  # times, from which on it is said that an interval is wider
 
 
+def leaves_a_force(left: Remainder | None) -> bool:
+    """True where a random force is left on the machine."""
+    return left is not None and bool(left.force)
+
+
 def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str = "") -> list[str]:
     """A sentence or two on each random force and each random error of a sensor; none where nothing is known.
 
@@ -32,8 +37,9 @@ def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str 
     errors = [_sensor_sentence(name, error) for name, error in left.sensors.items()]
     errors += [_resonance_sentence(ring) for ring in left.resonances]
     if not left.force:
-        rest = "sensor noise explains the rest." if not errors else "the sensors explain the rest."
-        return [f"Nothing is left to chance: {rest}", *errors]
+        if errors:
+            return ["No random force is left: what is not predicted is taken for errors of the sensors.", *errors]
+        return ["Nothing is left to chance: sensor noise explains the rest."]
     places: dict[tuple[str, float], list[tuple[str, RowForce]]] = {}
     for row, force in left.force.items():
         places.setdefault((force.place, force.rms), []).append((row, force))

@@ -13,15 +13,21 @@ MIN_NAMED_PROBABILITY = 0.01
 CERTAIN_PROBABILITY = 0.995  # from here on a probability is given as more than 99 %
 
 
-def structures_text(known: Sequence[Structure]) -> Iterator[str]:
-    """The likeliest structures with their probabilities, in a sentence; none where there are none."""
-    if told := named_probabilities(known):
+def structures_text(known: Sequence[Structure], *, beside_force: bool = False) -> Iterator[str]:
+    """The likeliest structures with their probabilities, in a sentence; none where there are none.
+
+    ``beside_force`` of those that take a random force for granted.
+    """
+    if told := named_probabilities(known, beside_force=beside_force):
         yield f"Probabilities: {', '.join(f'{n} {_percent(p)}' for n, p in told)}."
 
 
-def named_probabilities(known: Sequence[Structure]) -> list[tuple[str, float]]:
+def named_probabilities(known: Sequence[Structure], *, beside_force: bool = False) -> list[tuple[str, float]]:
     """What may be missing in words, with its probability, the likeliest first."""
-    named: dict[str, float] = defaultdict(float, {_name(one): one.probability - one.unseen for one in known})
+    nothing = "nothing that repeats is missing" if beside_force else "nothing is missing"
+    named: dict[str, float] = defaultdict(float)
+    for one in known:
+        named[_name(one) or nothing] += one.probability - one.unseen
     for one in (s for s in known if s.unseen):
         named[_with_unseen(one, known)] += one.unseen
     likeliest = sorted(named.items(), key=lambda pair: -pair[1])[:MAX_NAMED_STRUCTURES]
@@ -29,8 +35,7 @@ def named_probabilities(known: Sequence[Structure]) -> list[tuple[str, float]]:
 
 
 def _name(one: Structure) -> str:
-    if not one.effects:
-        return "nothing is missing"
+    """Its effects in words; nothing of none."""
     if one.effects == (NONE_OF_THESE,):
         return "something that is not among these"
     return " with ".join(one.effects)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from derive import effects as library
+from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.model.units import PlantUnits
@@ -89,11 +91,17 @@ def rest_beside_force_text(result: Diagnosis) -> str:
 
 
 def likely_text(result: Diagnosis) -> str:
-    """The effect with which held-out data are predicted best though it is not certain, in a sentence; or nothing."""
+    """The effect with which held-out data are predicted best though it is not certain, in a sentence; or nothing.
+
+    Of equally good ones the simplest, in the order of the library.
+    """
     tried = [c for c in result.refitted if c.is_possible and is_number(c.error_after)]
-    best = min(tried, key=lambda c: c.error_after, default=None)
-    if best is None or not is_number(result.error) or best.error_after > (1.0 - MIN_LIKELY_FALL) * result.error:
+    lowest = min((c.error_after for c in tried), default=math.inf)
+    if not is_number(result.error) or lowest > (1.0 - MIN_LIKELY_FALL) * result.error:
         return ""
+    order = [e.name for e in library.all_with(result.problem.model.own)]
+    near = [c for c in tried if c.error_after <= (1.0 + MAX_EQUIVALENT_ERROR_DIFFERENCE) * lowest]
+    best = min(near, key=lambda c: (len(c.coefficients), order.index(c.effect)))
     return (f"With {best.effect} {fall_text(result.error, best.error_after)} over {digits_text(result.horizon_s)} s; "
             "behind this random force it is not certain, so record more, or try it: "
             f"`wheelpend add {best.effect}`.")  # fmt: skip
