@@ -122,6 +122,8 @@ class Judged(NamedTuple):
 
         A force at random makes an error over the horizon that the true law may well raise by chance.
         """
+        if np.isfinite(error_before) and not np.isfinite(self.candidate.error_after):
+            return True  # it runs away, and of nothing there is no scatter
         margin = max(self.less_force, MIN_RELATIVE_ERROR_DECREASE)
         clearly = gain_statistic(self.relative_falls) < -MIN_CLEAR_STATISTIC or len(self.relative_falls) < 2
         return clearly and self._error_ratio(error_before) >= 1.0 + margin

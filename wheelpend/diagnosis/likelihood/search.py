@@ -44,7 +44,7 @@ from wheelpend.diagnosis.likelihood.whitened_scores import (
     judged_effects,
     leading_effects,
     linear_effects,
-    starts_of,
+    scored_effect,
     with_leading_by_equations,
 )
 from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
@@ -98,14 +98,10 @@ def likely_fits(
 
     None where no filter can follow the larger one.
     """
-    model = likely_model(problem, start, progress)
-    progress(f"fitting with {effect} and random forces")
-    row, known = problem.effect(effect), equation_scores(problem, model.log_values[0]).get(effect)
-    begun = with_effect(model, effect, starts_of(model, row), known.values if known else NO_VALUES)
-    ended = begun.ended()
-    if ended is None:
+    model, refits = _with_refits(likely_model(problem, start, progress), progress, effect)
+    if effect not in refits:
         return None
-    return fitted_to_all(model).fitted(), fitted_to_all(settled(refined(ended))).fitted()
+    return fitted_to_all(model).fitted(), fitted_to_all(settled(refits[effect])).fitted()
 
 
 def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
@@ -195,12 +191,13 @@ def _round(
     while supported and larger is None:
         progress(f"settling {supported[0].candidate.effect}")
         larger = settled(supported[0].model)
-        if not _can_stay(larger, base.model, added):
+        ended = judge(base, larger, supported[0].candidate.effect, tests)
+        if not _can_stay(larger, base.model, added) or ended.raises_error(base.validated.error):
             supported, larger = supported[1:], None
     stand_ins = _effects_of(able) - _effects_of(named)
     worth = _effects_of(j for j in judged if j.improves(base.validated.error)) - stand_ins
     if larger is not None:
-        first = _as_settled(base, supported[0], larger, tests)
+        first = _as_settled(base, supported[0], ended)
         judged = [first if j.candidate.effect == first.candidate.effect else j for j in judged]
         found = _diagnosis(base, [first, *supported[1:]], _with_evidence_of(worth, judged), progress)
         return Round((found,), larger)
@@ -228,15 +225,14 @@ def _displaced(model: FilteredModel, judged: Sequence[Judged], added: Collection
     return ""
 
 
-def _as_settled(base: JudgedModel, one: Judged, larger: FilteredModel, tests: int) -> Judged:
-    """An effect that is named, judged once more in the model fitted to its end: with the size that it will have there.
+def _as_settled(base: JudgedModel, one: Judged, ended: Judged) -> Judged:
+    """An effect that is named, as judged in the model fitted to its end: with the size that it will have there.
 
     A refit may end short of it (a delay of 4 ms on its way to 12).
     """
-    again = judge(base, larger, one.candidate.effect, tests)
-    if not again.is_supported(base.validated.error):
+    if not ended.is_supported(base.validated.error):
         return one
-    return again._replace(candidate=replace(again.candidate, equivalent_to=one.candidate.equivalent_to))
+    return ended._replace(candidate=replace(ended.candidate, equivalent_to=one.candidate.equivalent_to))
 
 
 def _last_round(base: JudgedModel, judged: Sequence[Judged], worth: set[str], progress: Progress) -> Round:
@@ -332,21 +328,24 @@ def _pair_tests(model: FilteredModel) -> int:
     return _single_tests(model) + comb(len(linear_effects(model)), 2)
 
 
-def _with_refits(model: FilteredModel, progress: Progress) -> tuple[FilteredModel, dict[str, FilteredModel]]:
+def _with_refits(
+    model: FilteredModel, progress: Progress, only: str = ""
+) -> tuple[FilteredModel, dict[str, FilteredModel]]:
     """The model, as likely as its refits show that it can be, and these refits with one effect more, by effect.
 
+    ``only`` is an effect that alone is refitted, where it is given.
     Where the way out of a minimum in which the model was stuck gains more than the best effect then adds, refits from
     that minimum tell nothing: they are made once more from where it led.
     """
     progress("scoring every effect behind the filter")
-    refits = _refits(model, progress)
+    refits = _refits(model, progress, only)
     for _ in range(MAX_RELIEFS):
         likelier = _relieved(model, refits, progress)
         added = likelier.deviance - min((m.deviance for m in refits.values()), default=np.inf)
         if model.deviance - likelier.deviance <= max(MIN_RELIEF, added):
             return likelier, refits
         progress("scoring every effect once more, behind a likelier filter")
-        refits = _likelier_of_each(refits, _refits(likelier, progress))
+        refits = _likelier_of_each(refits, _refits(likelier, progress, only))
         model = likelier
     return _relieved(model, refits, progress), refits
 
@@ -362,10 +361,17 @@ def _likelier_of_each(
     return {e: m for k, (e, m) in enumerate(found.items()) if k < MAX_JUDGED or e in inside}
 
 
-def _refits(model: FilteredModel, progress: Progress) -> dict[str, FilteredModel]:
-    """The model refitted with each effect that leads the scores or moves inside, by effect: those that are judged."""
-    by_equations = leading_by_equations(equation_scores(model.problem, model.log_values[0]))
-    leaders = with_leading_by_equations([*internal_effects(model), *leading_effects(model)], by_equations)
+def _refits(model: FilteredModel, progress: Progress, only: str) -> dict[str, FilteredModel]:
+    """The model refitted with each effect that leads the scores or moves inside, by effect: those that are judged.
+
+    Or with ``only`` one, where it is given.
+    """
+    scores = equation_scores(model.problem, model.log_values[0])
+    if only:
+        leaders, by_equations = [scored_effect(model, model.problem.effect(only))], scores
+    else:
+        by_equations = leading_by_equations(scores)
+        leaders = with_leading_by_equations([*internal_effects(model), *leading_effects(model)], by_equations)
 
     def begin(one: ScoredEffect, of: FilteredModel) -> BegunRefit:
         progress(f"refitting with {one.effect.name} and a random force")

@@ -59,18 +59,33 @@ class LinearScores(NamedTuple):
 
 def leading_effects(model: FilteredModel) -> list[ScoredEffect]:
     """The union of the leaders behind all filters, the largest gain first, each with its starts of all of them."""
-    candidates = scorable_effects(model)
-    grids = profile_grids(model.problem, Fit.at(model.log_values[0]), [e for e in candidates if e.profiled])
     found: dict[str, ScoredEffect] = {}
-    for share in FORCE_SHARES:
-        sources = scaled_sources(model.point.sources, share)
-        settings = {name: grid.settings for name, grid in grids.items()}
-        for one in scored_effects(model, candidates, settings, sources)[:MAX_LEADERS]:
+    for scores in _behind_each_filter(model, scorable_effects(model)):
+        for one in scores[:MAX_LEADERS]:
             if one.gain > MIN_GAIN_PER_COEFFICIENT * len(one.effect.parameters):
                 known = found.get(one.effect.name, one._replace(starts=()))
                 starts = tuple(s for s in one.starts if s not in known.starts)
                 found[one.effect.name] = ScoredEffect(one.effect, max(one.gain, known.gain), (*known.starts, *starts))
     return sorted(found.values(), key=lambda s: -s.gain)
+
+
+def scored_effect(model: FilteredModel, effect: Effect) -> ScoredEffect:
+    """One effect with its starts behind all filters, however little it promises; with usual sizes where none tells."""
+    inside = next((e for e in internal_effects(model) if e.effect.name == effect.name), None)
+    if inside is not None:
+        return inside
+    scored = [one for scores in _behind_each_filter(model, [effect]) for one in scores]
+    typical = EffectSize({effect.name_of(p): p.typical for p in effect.parameters}, {})
+    sizes = [size for one in scored for size in one.starts] or [typical]
+    return ScoredEffect(effect, max((one.gain for one in scored), default=0.0), tuple(sizes))
+
+
+def _behind_each_filter(model: FilteredModel, effects: Sequence[Effect]) -> Iterator[list[ScoredEffect]]:
+    """Scores of effects, best first, behind each of the filters that leave less to chance."""
+    grids = profile_grids(model.problem, Fit.at(model.log_values[0]), [e for e in effects if e.profiled])
+    settings = {name: grid.settings for name, grid in grids.items()}
+    for share in FORCE_SHARES:
+        yield scored_effects(model, effects, settings, scaled_sources(model.point.sources, share))
 
 
 def with_leading_by_equations(
@@ -110,16 +125,6 @@ def internal_effects(model: FilteredModel) -> list[ScoredEffect]:
         starts = tuple(EffectSize({**typical, **setting}, {}) for setting in grids[effect.name].settings)
         found.append(ScoredEffect(effect, np.inf, starts))
     return found
-
-
-def starts_of(model: FilteredModel, effect: Effect) -> tuple[EffectSize, ...]:
-    """Sizes from which a refit with one effect starts, however little it promises."""
-    own = [e for e in internal_effects(model) if e.effect.name == effect.name]
-    grids = profile_grids(model.problem, Fit.at(model.log_values[0]), [effect] if effect.profiled else [])
-    settings = {name: grid.settings for name, grid in grids.items()}
-    scored = own or scored_effects(model, [effect], settings, model.point.sources)
-    typical = {effect.name_of(p): p.typical for p in effect.parameters}
-    return scored[0].starts if scored else (EffectSize(typical, {}),)
 
 
 def scored_effects(
