@@ -182,7 +182,7 @@ def with_refits_that_lead_to(monkeypatch, relieved: float, added: float):
     """What a model of deviance 1000 ends with whose refits lead to another minimum, and from where they were made."""
     begun_from = []
 
-    def refits(model, progress):
+    def refits(model, progress, only):
         begun_from.append(model.deviance)
         best = {"coulomb_drive": model.deviance - added, "voltage_offset": model.deviance + 1.0}
         if model.deviance == 1000.0:

@@ -212,3 +212,12 @@ def test_a_pole_that_hangs_may_be_anywhere_and_one_that_balances_may_not(tmp_pat
     assert 'range = "any"' in found["hanging"].model and "range" not in found["balancing"].model
     said = " ".join(found["hanging"].proposal.sentences)
     assert f'theta_{unit} is beyond ±π/2 for most of the log: it hangs or swings up, hence range = "any"' in said
+
+
+def test_a_shaft_in_degrees_is_a_slides_place_in_rad(tmp_path):
+    t = np.arange(600) * 0.01
+    columns = {"t": t, "u": np.round(3.0 * np.sin(2.0 * t), 3), "q_deg": 200.0 * (1.0 - np.cos(2.0 * t))}
+    pl.DataFrame(columns).write_csv(tmp_path / "log.csv")
+    look = first_look(tmp_path / "log.csv", "slide")
+    assert tomllib.loads(look.model)["columns"]["x"] == {"column": "q_deg", "scale": 0.01745329}
+    assert "deg of a shaft, which are then rad in the place of m" in look.guesses["x"]

@@ -17,6 +17,7 @@ from wheelpend.inspection.column_names import (
     contains,
     is_called_time,
     is_counting,
+    stated_base,
     stated_factor,
     stated_unit,
 )
@@ -50,6 +51,9 @@ def guess_units(
     found: dict[str, Guess] = {"t": guess} if (guess := guess_clock(survey)) else {}
     for name, column in columns.items():
         values = survey.values.get(column)
+        if stated_base(column) == "rad" and table.units.get(name) == "m" and name not in table.inputs:
+            said = f"{stated_unit(column)} of a shaft, which are then rad in the place of m"
+            found[name] = Guess(ColumnMap(column, scale=stated_factor(column)), said)
         if stated_unit(column) or (values is None and name not in table.inputs):
             continue
         own = unit if name in table.inputs else table.units[name]
