@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from wheelpend import Model, explain
+from wheelpend import Model, compare, explain, residuals
 
 DT, SIGMA = 0.005, 2e-4  # s, m
 MASS, DAMPING, FRICTION = 0.1, 2.0, 1.0  # V s²/m, V s/m, V
@@ -35,3 +35,13 @@ def test_steps_from_rest_tell_mass_and_frictions_and_nothing_else(lead, seed):
     assert found.parameters["X1"].value == pytest.approx(MASS, rel=0.01)
     assert found.parameters["viscous_drive.coefficient"].value == pytest.approx(DAMPING, rel=0.01)
     assert not found.warnings
+
+
+def test_what_compares_no_effects_reads_a_step_from_rest_as_it_is():
+    text = 'plant = "slide"\neffects = ["viscous_drive", "coulomb_drive"]\n[parameters]\nX1 = { nominal = 0.1 }\n'
+    known = f"[effect.viscous_drive]\ncoefficient = {{ nominal = {DAMPING} }}\n"
+    model = Model.parse(f"{text}{known}[effect.coulomb_drive]\ntorque = {{ nominal = {FRICTION} }}\n")
+    log = step_log(6.0, 0, 0.0)
+    channel = residuals(model, [log]).channels["x"]
+    assert channel.samples == len(log["t"]) and 0.9 < channel.sigma_ratio < 1.1
+    assert compare(model, [log]).residual_tests.channels["x"].sigma_ratio == pytest.approx(channel.sigma_ratio, rel=0.1)

@@ -196,9 +196,9 @@ def _segments_to_compare(
     model: Model, logs: LogsLike, holdout: LogsLike, horizon: float
 ) -> tuple[EstimationProblem, Sequence[ValidationData]]:
     """The problem with all samples of the logs, and the segments of the hold-out logs."""
-    problem = prepare(model, logs, horizon=horizon, use_all=True)
+    problem = prepare(model, logs, horizon=horizon, use_all=True, leads=False)
     held_out = as_list(holdout)
-    return problem, prepare(model, logs, held_out, horizon=horizon).data.validation if held_out else ()
+    return problem, prepare(model, logs, held_out, horizon=horizon, leads=False).data.validation if held_out else ()
 
 
 def _with_values(problem: EstimationProblem, validation: Sequence[ValidationData], progress: Progress) -> ComparedModel:

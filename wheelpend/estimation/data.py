@@ -66,14 +66,15 @@ def prepare(
     use_all: bool = False,
     without: Sequence[str] = (),
     lean: bool = False,
+    leads: bool = True,
 ) -> EstimationProblem:
     """Cut logs into estimation and validation segments.
 
     Without validation logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
     ``without`` are no candidates. ``lean`` takes the model's own kernels, which contain no other effects and are
-    several times faster, and judges logs from where these effects alone have forgotten what came before. A log that
-    begins with a step from rest is led by a time of rest. Raises Failure without a log, where a log, or part
-    of its record, stands on both sides, or a log yields no segments.
+    several times faster, and judges logs from where these effects alone have forgotten what came before. Else a log
+    that begins with a step from rest ``leads``, where effects are compared, with a time of rest. Raises Failure without
+    a log, where a log, or part of its record, stands on both sides, or a log yields no segments.
     """
     if not as_list(logs):
         raise Failure("There must be a log to learn from, but the list of logs is empty. Give one or several.")
@@ -81,8 +82,11 @@ def prepare(
     _require_distinct_logs(logs, holdout)
     memory = memory_of(model.effects) if lean else INPUT_MEMORY_S
     loaded, validation_logs = (
-        tuple(led_by_rest(replace(log, memory_s=memory), model.table) for log in read_logs(given, model))
-        for given in (logs, holdout)
+        tuple(replace(log, memory_s=memory) for log in read_logs(given, model)) for given in (logs, holdout)
+    )
+    loaded, validation_logs = (
+        tuple(led_by_rest(log, model.table) if leads and not lean else log.as_read() for log in given)
+        for given in (loaded, validation_logs)
     )
     _require_distinct_records(loaded, validation_logs)
     module = model_module(model.plant, model.assumptions, model.effects) if lean else library_module_of(model)

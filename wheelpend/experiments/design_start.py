@@ -55,7 +55,7 @@ def start_from_diagnosis(
     """
     found = with_advice(diagnose(model, logs, progress=progress))
     best = found.named[0] if found.named and found.verdict in ("ambiguous", "effect_missing") else None
-    problem = prepare(model, logs, use_all=True)
+    problem = prepare(model, logs, use_all=True, leads=False)
     problem = replace(problem, max_step=found.problem.max_step)
     if best is None:
         said = ("The logs leave something unexplained, so these figures are those of a model that is not true yet.",)
@@ -88,7 +88,7 @@ def start_from_fit(
     model: Model, logs: Sequence[str | Path | Log], first: str, progress: Callable[[str], None]
 ) -> DesignStart:
     """Fit the model with the first effect to the logs."""
-    problem = prepare(model, logs, use_all=True)
+    problem = prepare(model, logs, use_all=True, leads=False)
     progress("finding a start")
     problem, start = best_start(problem)
     progress("fitting the model as it is")

@@ -214,6 +214,10 @@ class Log(NotebookResult):
             self, t=self.t[places], voltage=self.voltage[places], measured=measured, reference=reference, breaks=breaks
         )
 
+    def as_read(self) -> Log:
+        """The log without the rows that were put before its first."""
+        return self.part(self.lead, len(self)) if self.lead else self
+
     def part(self, first: int, last: int) -> Log:
         """Samples first to last - 1, with t still counted from the start of the whole log, and the commands before."""
         cut = slice(first, last)
