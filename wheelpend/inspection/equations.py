@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.estimation.nonnegative import nonnegative_solution
 from wheelpend.estimation.state_reconstruction import states_from
 from wheelpend.inspection.clocks import MAX_PHYSICAL_DELAY_S, input_shift_finding
 from wheelpend.inspection.findings import Finding, LogCorrections
@@ -170,7 +171,7 @@ def flipped_columns(signals: Signals, module: KernelModule, pairs: Sequence[Rate
         turned = with_signs_flipped(signals, found)
         as_is, other = (unexplained_share(s, module, springs=True) for s in (signals, turned))
         return found if as_is > MIN_FLIP_GAIN * other else ()
-    if by_input(signals) > MAX_UNEXPLAINED_SHARE:
+    if not undriven_share(signals, module) or by_input(signals) > MAX_UNEXPLAINED_SHARE:
         return ()
 
     def by_rest(trial: Signals) -> float:
@@ -272,16 +273,12 @@ def input_residual(system: InputRegression, signals: Signals) -> Callable[[int],
 
 def positive_least_squares(system: InputRegression) -> Callable[[np.ndarray], tuple[np.ndarray, float]]:
     """Residual and total power of a target (samples, rows) in least squares with positive coefficients."""
-    from scipy.optimize import nnls  # imported late: it is slow to load
-
-    matrix = system.matrix / (np.linalg.norm(system.matrix, axis=0) + 1e-300)
-    q, r = np.linalg.qr(matrix)
-    both = np.column_stack((r, -r[:, system.positive :]))
+    q, r = np.linalg.qr(system.matrix)
+    signed = np.arange(system.matrix.shape[1]) >= system.positive
 
     def residual(sought: np.ndarray) -> tuple[np.ndarray, float]:
         target = sought.ravel()
-        x = nnls(both, q.T @ target)[0]
-        x[system.positive : matrix.shape[1]] -= x[matrix.shape[1] :]
-        return target - matrix @ x[: matrix.shape[1]], float(np.sum((target - target.mean()) ** 2))
+        solution, _ = nonnegative_solution(r, q.T @ target, signed)
+        return target - system.matrix @ solution, float(np.sum((target - target.mean()) ** 2))
 
     return residual

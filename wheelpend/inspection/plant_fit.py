@@ -38,7 +38,7 @@ class Candidate(NamedTuple):
     @property
     def swings(self) -> bool:
         """True of a plant whose one angle may hang."""
-        own = places_of(self.table)
+        own = self.table.places
         return len(own) == 1 and self.table.units[own[0]] == "rad" and not self.table.range_channel
 
     @property
@@ -64,7 +64,7 @@ def candidates(survey: Survey, among: Sequence[str]) -> list[Candidate]:
 
 def input_suits(candidate: Candidate) -> bool:
     """False where an input in N m would push the plant's first coordinate along, or one in N would turn it."""
-    first = candidate.table.units[places_of(candidate.table)[0]]
+    first = candidate.table.units[candidate.table.places[0]]
     bases = {suggested_input_base(candidate.columns[n]) for n in candidate.table.inputs}
     return ("m" if "N m" in bases else "rad" if "N" in bases else "") != first
 
@@ -100,16 +100,11 @@ def changes_columns(plant: str, chosen: Mapping[str, Any], default: PlantSignatu
     return ColumnTable.of(signature).required != ColumnTable.of(default).required
 
 
-def places_of(table: ColumnTable) -> list[str]:
-    """Channels of a plant that are positions."""
-    return [c for c in table.channels if table.units[c] in ("rad", "m")]
-
-
 def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, survey: Survey) -> Candidate | None:
     """A plant with the file's columns in its places; None where their kinds or numbers differ."""
     table = ColumnTable.of(signature)
     inputs, places = survey.of_role("input"), survey.of_role("position")
-    own, names = places_of(table), [c.name for c in survey.columns]
+    own, names = table.places, [c.name for c in survey.columns]
     if set(table.required) <= set(names):
         every = {n: n for n in table.required[1:]}
         return Candidate(plant, chosen, table, every, len(every), 0, by_name=True)
@@ -136,7 +131,7 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
 def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
     """A plant under its defaults with those of the file's columns that fit its places; None where no position does."""
     table = ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, {})))
-    own, places = places_of(table), survey.of_role("position")
+    own, places = table.places, survey.of_role("position")
     rates = {survey.column(r).of: r for r in survey.of_role("rate")}
     named = {n: c for n, c in guess_columns(places, own, table).items() if c}
     with_rate = [a for a in table.rates.values() if a in own and a not in named]
@@ -211,8 +206,8 @@ def preference(candidate: Candidate, gravity: bool) -> float:
     A gyro speaks for the machine that always has one, a body on wheels, against a cart with its encoders.
     """
     exact = sum(n == c for n, c in candidate.columns.items())
-    first = candidate.table.units[places_of(candidate.table)[0]]
-    fits = 0.5 if len(places_of(candidate.table)) == 1 and candidate.swings == gravity else 0.0
+    first = candidate.table.units[candidate.table.places[0]]
+    fits = 0.5 if len(candidate.table.places) == 1 and candidate.swings == gravity else 0.0
     called = 0.1 * candidate.named
     sensors = IGNORED_SENSOR_COST * candidate.ignored
     sensors += OPTIONAL_SENSOR_COST * bool(candidate.assumptions.get("rate_sensor"))

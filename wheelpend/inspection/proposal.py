@@ -16,7 +16,7 @@ from wheelpend.inspection.angle_unit import is_in_degrees
 from wheelpend.inspection.column_names import input_unit, is_no_place, stated_unit, unit_within
 from wheelpend.inspection.gravity import gravity_zero, hangs_at_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
-from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, places_of, preference, toml_value
+from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import FileColumn, Survey
@@ -70,7 +70,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     if beyond:
         column = best.columns[best.table.range_channel]
         sentences.append(f'{column} is beyond ±π/2 for most of the log: it hangs or swings up, hence range = "any".')
-    offsets = {places_of(best.table)[0]: offset} if offset else {}
+    offsets = {best.table.places[0]: offset} if offset else {}
     if hangs:
         column = best.columns[best.table.range_channel]
         offsets = {best.table.range_channel: math.pi}
@@ -99,7 +99,7 @@ def is_beyond_its_range(survey: Survey, best: Candidate, maps: Mapping[str, Colu
 
 def is_hanging_pole(survey: Survey, best: Candidate) -> bool:
     """True of a pole on a cart whose angle is measured from hanging, where the plant allows any angle."""
-    name, places = best.table.range_channel, places_of(best.table)
+    name, places = best.table.range_channel, best.table.places
     carts = [p for p in places if best.table.units[p] == "m"]
     if not best.table.words.anywhere or name not in best.columns or len(carts) != 1 or carts[0] not in best.columns:
         return False
@@ -111,7 +111,7 @@ def is_hanging_pole(survey: Survey, best: Candidate) -> bool:
 def surplus_reasons(survey: Survey, best: Candidate) -> dict[str, str]:
     """Why a quantity has the column that it has, where the file has more of that kind than the plant has places."""
     found: dict[str, str] = {}
-    for role, names in (("input", best.table.inputs), ("position", places_of(best.table))):
+    for role, names in (("input", best.table.inputs), ("position", best.table.places)):
         columns = survey.of_role(role)
         if len(columns) > len(names) and not best.by_name:
             found |= {n: f"one of {len(columns)} {role}s: {', '.join(columns)}" for n in names if n in best.columns}
@@ -171,7 +171,7 @@ def offset_sentence(best: Candidate, maps: Mapping[str, ColumnMap], zero: float 
     """What is said of an angle that does not hang at 0."""
     if not offset or zero is None:
         return []
-    name = places_of(best.table)[0]
+    name = best.table.places[0]
     column = maps[name].column if name in maps else name
     where = (
         f"near {'-' if zero < 0 else ''}π: it is measured from upright" if abs(offset) == math.pi else "and not at 0"

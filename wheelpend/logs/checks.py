@@ -71,8 +71,7 @@ def check_input_acts(log: str, values: Mapping[str, np.ndarray], table: ColumnTa
 
 def is_step_from_rest(values: Mapping[str, np.ndarray], table: ColumnTable) -> bool:
     """True of a machine that need not be balanced and that is at rest in the first sample and moves in later ones."""
-    places = [c for c in table.channels if table.units[c] in ("rad", "m")]
-    return not table.range_channel and bool(places) and all(starts_at_rest(values[c]) for c in places)
+    return not table.range_channel and bool(table.places) and all(starts_at_rest(values[c]) for c in table.places)
 
 
 def starts_at_rest(place: np.ndarray) -> bool:

@@ -125,6 +125,11 @@ class ColumnTable:
         return (*((self.input,) if self.input else ()), *self.further)
 
     @property
+    def places(self) -> tuple[str, ...]:
+        """Channels that are positions: angles and ways."""
+        return tuple(c for c in self.channels if self.units[c] in ("rad", "m"))
+
+    @property
     def required(self) -> tuple[str, ...]:
         """Columns without which a log cannot be used."""
         return ("t", *self.inputs, *self.channels)

@@ -147,7 +147,7 @@ def held_factor(log: str, column: str, values: np.ndarray) -> np.ndarray:
 def unwrap_positions(columns_by_name: dict[str, np.ndarray], raw_t: np.ndarray, table: ColumnTable) -> list[str]:
     """Make the channels that are angles or positions continuous, in place; returns a sentence on each jump found."""
     notes = []
-    for name in (c for c in table.channels if table.units[c] in ("rad", "m")):
+    for name in table.places:
         columns_by_name[name], remarks = make_continuous(
             name, columns_by_name[name], raw_t, table.units[name], can_reset=name != table.range_channel
         )

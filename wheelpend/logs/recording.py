@@ -29,7 +29,7 @@ Seams = list[tuple[int, list[str]]]
 def seams_of(t: np.ndarray, columns_by_name: Mapping[str, np.ndarray], table: ColumnTable) -> Seams:
     """Samples after which another recording begins, with the channels that jump there."""
     channels = {c: columns_by_name[c] for c in table.channels if c in columns_by_name}
-    return find_seams(t, channels, [c for c in channels if table.units[c] in ("rad", "m")])
+    return find_seams(t, channels, [c for c in table.places if c in channels])
 
 
 def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
@@ -54,7 +54,7 @@ def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
             raise Failure(f"{log.name}: the {table.words.machine} must {table.words.stay}, but {faults[-1].sentence} "
                           "Record a log in which it stands.")  # fmt: skip
         without_input |= lying
-    places = [values for c, values in channels.items() if table.units[c] in ("rad", "m")]
+    places = [channels[c] for c in table.places if c in channels]
     if not table.inputs and (held := held_samples(log.t, places)):
         faults.append(held_finding(log.t, held, table.words.machine))
         without_input[:held] = True

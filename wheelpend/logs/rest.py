@@ -44,7 +44,7 @@ def led_by_rest(log: Log, table: ColumnTable) -> Log:
     driven before, and stood where it is first seen. Of a fast motor these moments are all that shows how it gathers
     speed.
     """
-    places = [k for k, c in enumerate(log.channels) if table.units.get(c) in ("rad", "m")]
+    places = [log.channels.index(c) for c in table.places]
     known = np.isfinite(log.voltage[:1]).all() and log.voltage[:1].any() and np.isfinite(log.measured[0, places]).all()
     held = log.measured[: _held_until(log)]
     by_name = dict(zip(log.channels, held.T, strict=True))
