@@ -84,6 +84,7 @@ REST_MARGIN = 4.0  # changes of a slip over a step, as it begins, within which i
 REST_ATTEMPTS = 3  # at the moment at which a surface is at rest, by the secant rule
 MIN_PART = 1e-3  # of a step, shorter than which none is split off
 ALIKE = 0.1  # slips closer than that share of what friction stops within a step count as alike
+KNOWN_SLIP = 1e-4  # share of it that a slip's standard deviation is taken to be at least
 WEIGHT, VOLUME = 0, 1  # of a part of a mixture, in its last column
 TRIAL, FACTOR, FLOOR = np.int64(-3), np.int64(-2), np.int64(-1)  # blocks after the parts: a merged covariance, its factors, what adds to every one
 BY_VARIABLE, PUSH, ON_SLIP = range(3)  # rows of a slip: its derivatives in the variables, theirs in what friction takes from it, their regression on it

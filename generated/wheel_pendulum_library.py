@@ -114,6 +114,7 @@ REST_MARGIN = 4.0  # changes of a slip over a step, as it begins, within which i
 REST_ATTEMPTS = 3  # at the moment at which a surface is at rest, by the secant rule
 MIN_PART = 1e-3  # of a step, shorter than which none is split off
 ALIKE = 0.1  # slips closer than that share of what friction stops within a step count as alike
+KNOWN_SLIP = 1e-4  # share of it that a slip's standard deviation is taken to be at least
 WEIGHT, VOLUME = 0, 1  # of a part of a mixture, in its last column
 TRIAL, FACTOR, FLOOR = np.int64(-3), np.int64(-2), np.int64(-1)  # blocks after the parts: a merged covariance, its factors, what adds to every one
 BY_VARIABLE, PUSH, ON_SLIP = range(3)  # rows of a slip: its derivatives in the variables, theirs in what friction takes from it, their regression on it
@@ -2264,7 +2265,7 @@ def _split_parts(count, slip, width, rays, mixture, costs):
     size, room, new = rays.shape[1], costs.shape[0] // 4, costs.shape[0] // 4
     left, share, signed = 0.0, 0.0, 0.0
     for p in range(count):
-        weight, (offset, variance) = mixture[p, WEIGHT, size], _regress_on_slip(p, rays, mixture)
+        weight, (offset, variance) = mixture[p, WEIGHT, size], _regress_on_slip(p, width, rays, mixture)
         mean, sigma = slip + offset, math.sqrt(variance)
         above, below, upper, lower, at_upper, at_lower = _tails(mean, sigma, width)
         left += weight * (sigma * (at_upper - at_lower) + (mean - width) * upper + (mean + width) * lower)
@@ -2290,8 +2291,12 @@ def _split_parts(count, slip, width, rays, mixture, costs):
 
 
 @internal
-def _regress_on_slip(p, rays, mixture):
-    """Offset and variance of a part's slip; into rays the regression of its variables on it."""
+def _regress_on_slip(p, width, rays, mixture):
+    """Offset and variance of a part's slip; into rays the regression of its variables on it.
+
+    A slip that stuck before is known to the last digit, and what else varies with it is rounding: so no slip counts as
+    known better than a small share of friction's half width.
+    """
     size, offset, variance = rays.shape[1], 0.0, 0.0
     for a in range(size):
         total = 0.0
@@ -2300,7 +2305,7 @@ def _regress_on_slip(p, rays, mixture):
         rays[ON_SLIP, a] = total
         offset += rays[BY_VARIABLE, a] * mixture[p, size, a]
         variance += rays[BY_VARIABLE, a] * total
-    variance = max(variance, 1e-60)
+    variance = max(variance, (KNOWN_SLIP * width) ** 2)
     for a in range(size):
         rays[ON_SLIP, a] /= variance
     return offset, variance

@@ -18,6 +18,7 @@ from templates.core.frame import (
     ALIKE,
     BY_VARIABLE,
     FLOOR,
+    KNOWN_SLIP,
     NS,
     ON_SLIP,
     PUSH,
@@ -97,7 +98,7 @@ def _split_parts(count, slip, width, rays, mixture, costs):
     size, room, new = rays.shape[1], costs.shape[0] // 4, costs.shape[0] // 4
     left, share, signed = 0.0, 0.0, 0.0
     for p in range(count):
-        weight, (offset, variance) = mixture[p, WEIGHT, size], _regress_on_slip(p, rays, mixture)
+        weight, (offset, variance) = mixture[p, WEIGHT, size], _regress_on_slip(p, width, rays, mixture)
         mean, sigma = slip + offset, math.sqrt(variance)
         above, below, upper, lower, at_upper, at_lower = _tails(mean, sigma, width)
         left += weight * (sigma * (at_upper - at_lower) + (mean - width) * upper + (mean + width) * lower)
@@ -123,8 +124,12 @@ def _split_parts(count, slip, width, rays, mixture, costs):
 
 
 @internal
-def _regress_on_slip(p, rays, mixture):
-    """Offset and variance of a part's slip; into rays the regression of its variables on it."""
+def _regress_on_slip(p, width, rays, mixture):
+    """Offset and variance of a part's slip; into rays the regression of its variables on it.
+
+    A slip that stuck before is known to the last digit, and what else varies with it is rounding: so no slip counts as
+    known better than a small share of friction's half width.
+    """
     size, offset, variance = rays.shape[1], 0.0, 0.0
     for a in range(size):
         total = 0.0
@@ -133,7 +138,7 @@ def _regress_on_slip(p, rays, mixture):
         rays[ON_SLIP, a] = total
         offset += rays[BY_VARIABLE, a] * mixture[p, size, a]
         variance += rays[BY_VARIABLE, a] * total
-    variance = max(variance, 1e-60)
+    variance = max(variance, (KNOWN_SLIP * width) ** 2)
     for a in range(size):
         rays[ON_SLIP, a] /= variance
     return offset, variance

@@ -37,11 +37,13 @@ def test_steps_from_rest_tell_mass_and_frictions_and_nothing_else(lead, seed):
     assert not found.warnings
 
 
-def test_what_compares_no_effects_reads_a_step_from_rest_as_it_is():
+# With a lead the machine sticks at first, and what sticks is known to the last digit.
+@pytest.mark.parametrize("lead", [0.0, 0.2])
+def test_what_compares_no_effects_reads_a_step_from_rest_as_it_is(lead):
     text = 'plant = "slide"\neffects = ["viscous_drive", "coulomb_drive"]\n[parameters]\nX1 = { nominal = 0.1 }\n'
     known = f"[effect.viscous_drive]\ncoefficient = {{ nominal = {DAMPING} }}\n"
     model = Model.parse(f"{text}{known}[effect.coulomb_drive]\ntorque = {{ nominal = {FRICTION} }}\n")
-    log = step_log(6.0, 0, 0.0)
+    log = step_log(6.0, 0, lead)
     channel = residuals(model, [log]).channels["x"]
     assert channel.samples == len(log["t"]) and 0.9 < channel.sigma_ratio < 1.1
     assert compare(model, [log]).residual_tests.channels["x"].sigma_ratio == pytest.approx(channel.sigma_ratio, rel=0.1)
