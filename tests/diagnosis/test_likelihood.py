@@ -1,6 +1,6 @@
 """Effects judged with a random force in the likelihood, on an axis that a program of its own plays."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import SimpleNamespace
 
@@ -206,6 +206,68 @@ def test_refits_from_a_minimum_in_which_the_model_was_stuck_are_made_once_more(m
 def test_a_little_relief_or_less_than_an_effect_adds_makes_no_refit_anew(monkeypatch, relieved, added):
     begun_from, deviance, _ = with_refits_that_lead_to(monkeypatch, relieved, added)
     assert begun_from == [1000.0] and deviance == relieved
+
+
+@pytest.mark.parametrize(("ahead", "now", "led"), [(2.0, 3.0, True), (np.inf, np.inf, True), (np.inf, 3.0, False)])
+def test_no_way_out_of_a_minimum_leads_to_where_nothing_can_be_predicted(monkeypatch, ahead, now, led):
+    @dataclass
+    class Place:
+        error: float
+        point: SimpleNamespace
+        problem: SimpleNamespace
+        deviance: float = 0.0
+
+        def fitted(self):
+            return self.error
+
+    problem = SimpleNamespace(replaced=lambda effect: ())
+    model = Place(now, SimpleNamespace(deviance=1000.0), problem)
+    other = Place(ahead, SimpleNamespace(deviance=400.0), problem)
+    monkeypatch.setattr(search, "without_effect", lambda larger, effect: other)
+    monkeypatch.setattr(search, "validation_residuals", lambda problem, error: (error, ()))
+    likelier = search._relieved(model, {"coulomb_drive": other}, lambda text: None)
+    assert likelier.error == (ahead if led else now)
+
+
+def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: float, error: float):
+    """Effects that a search ends with whose first one has a rival: its verdict, and the rival's likelihood and error."""
+
+    def found(effects, verdict, after):
+        named = [SimpleNamespace(effect=e, held_out_gain=1.0) for e in effects]
+        return SimpleNamespace(named=named, verdict=verdict, error=after)
+
+    def model(likely):
+        problem = SimpleNamespace(model=SimpleNamespace(effects=()))
+        return SimpleNamespace(deviance=likely, problem=problem)
+
+    def instead():
+        return search.Round((found([rival], "effect_missing", 9.0),), model(deviance))
+
+    def one_round(before, added, goes_on, progress):
+        if not added:
+            return search.Round((found([first], "effect_missing", 9.0),), model(500.0), instead=instead)
+        last = found([], rest, 5.0) if added == [first] else found([], "nothing_missing", error)
+        return search.Round((last,), None)
+
+    monkeypatch.setattr(search, "_round", one_round)
+    rounds = search.rounds_from(model(1000.0), lambda rounds: len(rounds) > 3, lambda text: None)
+    return [c.effect for r in rounds for c in r.named], rounds[-1].verdict
+
+
+@pytest.mark.parametrize(
+    ("rest", "deviance", "error", "ends_with"),
+    [
+        ("unexplained", 400.0, 4.0, ("load_friction", "nothing_missing")),
+        ("unexplained", 400.0, 6.0, ("coulomb_drive", "unexplained")),  # it predicts worse
+        ("unexplained", 600.0, 4.0, ("coulomb_drive", "unexplained")),  # it is less likely
+        ("nothing_missing", 400.0, 4.0, ("coulomb_drive", "nothing_missing")),  # nothing is left to ask about
+    ],
+)
+def test_a_rival_of_an_effect_is_tried_where_the_search_ends_with_something_unexplained(
+    monkeypatch, rest, deviance, error, ends_with
+):
+    effects, verdict = with_rounds_of(monkeypatch, "coulomb_drive", rest, "load_friction", deviance, error)
+    assert (effects, verdict) == ([ends_with[0]], ends_with[1])
 
 
 def searched_where_nothing_lowers(monkeypatch, without=OTHERS):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import repeat
 from math import comb
 from typing import NamedTuple
@@ -22,6 +23,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     judge,
     most_telling_first,
     not_led,
+    simpler_than,
 )
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
@@ -53,6 +55,7 @@ from wheelpend.diagnosis.verdict import Diagnosis, structurally_equivalent
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import correlation_bounds
+from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.remainder_at import refitted_remainder
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.parallel import KernelPool
@@ -73,6 +76,16 @@ class Round(NamedTuple):
     found: tuple[Diagnosis, ...]  # one for each effect that is added, or one that has none
     larger: FilteredModel | None  # None where there is nothing to add
     displaced: str = ""  # effect that was added before, and in whose place another one is likelier
+    instead: Callable[[], Round | None] | None = None  # the round of a rival that the first effect does not lead
+
+
+class Path(NamedTuple):
+    """Rounds one after the other, and where the search might have gone another way."""
+
+    rounds: Rounds
+    model: FilteredModel  # that the last of them judged
+    needless: str = ""  # the first effect that they made needless
+    fork: tuple[Rounds, Callable[[], Round | None]] | None = None  # the first rounds, and another one behind them
 
 
 def rounds_by_likelihood(
@@ -107,17 +120,36 @@ def likely_fits(
 def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
     """Diagnoses, each with the first candidate of the one before in its model, the last with none worth naming.
 
-    An effect that later ones have made needless is taken out, and the search made once more without it.
+    An effect that later ones have made needless is taken out, and the search made once more without it. Where it ends
+    with something unexplained, and an effect had a rival that it did not lead, the search is made once more with that
+    one; it counts if it ends with a likelier model that predicts no worse.
     """
-    rounds, needless = _forward(model, is_done, progress)
+    path = _to_the_end(model, [], None, is_done, progress)
+    if path.fork is None or path.rounds[-1].verdict != "unexplained":
+        return path.rounds
+    before, instead = path.fork
+    progress("something is left unexplained: once more with a rival of an effect that was added")
+    other = instead()
+    if other is None:
+        return path.rounds
+    rival = _to_the_end(model, before, other, is_done, progress)
+    worse = rival.rounds[-1].error > path.rounds[-1].error
+    return path.rounds if worse or rival.model.deviance >= path.model.deviance else rival.rounds
+
+
+def _to_the_end(
+    model: FilteredModel, before: Rounds, begun: Round | None, is_done: Callable[[Rounds], bool], progress: Progress
+) -> Path:
+    """A search from a model on, or from a round behind others, and once more without every effect that was needless."""
+    path = _forward(model, before, begun, is_done, progress)
     for _ in range(MAX_BACKWARD_STEPS):
-        if not needless:
+        if not path.needless:
             break
-        progress(f"{needless} is needless beside the others: once more without it")
-        problem = replace(model.problem, redundant_effects=(*model.problem.redundant_effects, needless))
+        progress(f"{path.needless} is needless beside the others: once more without it")
+        problem = replace(model.problem, redundant_effects=(*model.problem.redundant_effects, path.needless))
         model = replace(model, problem=problem)
-        rounds, needless = _forward(model, is_done, progress)
-    return rounds
+        path = _forward(model, [], None, is_done, progress)
+    return path
 
 
 def leaves_a_force(problem: EstimationProblem, fitted: Fit, progress: Progress) -> bool:
@@ -136,27 +168,32 @@ def leaves_a_force(problem: EstimationProblem, fitted: Fit, progress: Progress) 
     return not sticks or left.correlation_time_s > SLOW_RATIO * shortest
 
 
-def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> tuple[Rounds, str]:
-    """Rounds until there is nothing to add or they are enough; and the first effect that they made needless, or ''."""
-    rounds: Rounds = []
+def _forward(
+    model: FilteredModel, before: Rounds, begun: Round | None, is_done: Callable[[Rounds], bool], progress: Progress
+) -> Path:
+    """Rounds until there is nothing to add or they are enough, from a model on, or from a round behind others."""
+    rounds, fork = [*before], None
 
     def goes_on(found: Sequence[Diagnosis]) -> bool:
         return not is_done([*rounds, *found])
 
     while True:
-        found, larger, displaced = _round(model, [r.named[0].effect for r in rounds], goes_on, progress)
-        if larger is None:
-            return [*rounds, *found], displaced
-        for one in found:
+        here = begun or _round(model, [r.named[0].effect for r in rounds], goes_on, progress)
+        if fork is None and begun is None and here.instead:
+            fork = [*rounds], here.instead
+        begun = None
+        if here.larger is None:
+            return Path([*rounds, *here.found], model, here.displaced, fork)
+        for one in here.found:
             rounds.append(one)
             if is_done(rounds):
-                return rounds, ""
+                return Path(rounds, model, fork=fork)
             best = one.named[0]
             progress(f"added {best.effect}: {best.held_out_gain:.4g} nats likelier on held-out data")
-        model, added = larger, [r.named[0].effect for r in rounds[:-1]]
+        model, added = here.larger, [r.named[0].effect for r in rounds[:-1]]
         for effect in (e for e in added if e in model.problem.model.effects):
             if _is_needless(model, effect):
-                return rounds, effect
+                return Path(rounds, model, effect, fork)
 
 
 def _is_needless(model: FilteredModel, effect: str) -> bool:
@@ -186,27 +223,50 @@ def _round(
     able = [j for j in judged if j.is_supported(base.validated.error)]
     able += certain_within(judged, able, base.validated.error)
     named = not_led(able, judged)
-    supported = most_telling_first(named)
-    larger = None
-    while supported and larger is None:
-        progress(f"settling {supported[0].candidate.effect}")
-        larger = settled(supported[0].model)
-        ended = judge(base, larger, supported[0].candidate.effect, tests)
-        if not _can_stay(larger, base.model, added) or ended.raises_error(base.validated.error):
-            supported, larger = supported[1:], None
     stand_ins = _effects_of(able) - _effects_of(named)
     worth = _effects_of(j for j in judged if j.improves(base.validated.error)) - stand_ins
-    if larger is not None:
-        first = _as_settled(base, supported[0], ended)
-        judged = [first if j.candidate.effect == first.candidate.effect else j for j in judged]
-        found = _diagnosis(base, [first, *supported[1:]], _with_evidence_of(worth, judged), progress)
-        return Round((found,), larger)
+    one = _round_of_supported(base, most_telling_first(named), judged, worth, added, progress)
+    if one:
+        return one
     pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
     both = pair and _round_of_pair(pair, _with_evidence_of(worth, judged), added, progress)
     if both and both.larger is not None and goes_on(both.found):
         return both
     last = _last_round(base, judged, worth, progress)
     return last if last.larger else last._replace(displaced=_displaced(base.model, judged, added, progress))
+
+
+def _round_of_supported(
+    base: JudgedModel,
+    supported: Sequence[Judged],
+    judged: Sequence[Judged],
+    worth: Collection[str],
+    added: Collection[str],
+    progress: Progress,
+) -> Round | None:
+    """A round that adds the first of the supported effects that can stay, once fitted to its end; None without one."""
+    tests = _single_tests(base.model)
+    for k, one in enumerate(supported):
+        effect, behind = one.candidate.effect, supported[k + 1 :]
+        progress(f"settling {effect}")
+        larger = settled(one.model)
+        ended = judge(base, larger, effect, tests)
+        if not _can_stay(larger, base.model, added) or ended.raises_error(base.validated.error):
+            continue
+        first = _as_settled(base, one, ended)
+        known = [first if j.candidate.effect == effect else j for j in judged]
+        found = _diagnosis(base, [first, *behind], _with_evidence_of(worth, known), progress)
+        rivals = [j for j in behind if _is_rival(j, one)]
+        behind = [first, *(j for j in behind if not _is_rival(j, one))]
+        instead = partial(_round_of_supported, base, [*rivals, *behind], known, worth, added, progress)
+        return Round((found,), larger, instead=instead if rivals else None)
+    return None
+
+
+def _is_rival(one: Judged, first: Judged) -> bool:
+    """True of an effect that does as well as the first in some way and worse in another, and does not contain it."""
+    contains = first.candidate.effect in simpler_than(one)
+    return not contains and not first.clearly_leads(one) and not one.is_like(first)
 
 
 def _displaced(model: FilteredModel, judged: Sequence[Judged], added: Collection[str], progress: Progress) -> str:
@@ -405,7 +465,8 @@ def _added_effect(model: FilteredModel) -> Effect:
 def _relieved(model: FilteredModel, refits: Mapping[str, FilteredModel], progress: Progress) -> FilteredModel:
     """The model refitted from where the likeliest effect led its parameters, if that is likelier than where it is.
 
-    Else an effect would be credited with a way out of a minimum in which the model without it was stuck.
+    Else an effect would be credited with a way out of a minimum in which the model without it was stuck. A place from
+    which nothing can be predicted over the horizon is no way out.
     """
     beside = {e: m for e, m in refits.items() if not model.problem.replaced(e)}
     if not beside:
@@ -415,7 +476,13 @@ def _relieved(model: FilteredModel, refits: Mapping[str, FilteredModel], progres
     other = without_effect(larger, effect)
     if other is None or not other.point.deviance < model.point.deviance:
         return model
-    return replace(other, problem=model.problem)
+    likelier = replace(other, problem=model.problem)
+    return model if _runs_away(likelier) and not _runs_away(model) else likelier
+
+
+def _runs_away(model: FilteredModel) -> bool:
+    """True of a model whose predictions over the horizon leave the finite numbers."""
+    return not np.isfinite(validation_residuals(model.problem, model.fitted())[0])
 
 
 def _diagnosis(
