@@ -7,7 +7,7 @@ import pytest
 
 from tests.support import simulated
 from wheelpend import Model, diagnose
-from wheelpend.diagnosis.likelihood import search
+from wheelpend.diagnosis.likelihood import relief
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.refits import with_effect
 from wheelpend.diagnosis.likelihood.whitened_scores import internal_effects, leading_effects, linear_effects
@@ -57,11 +57,11 @@ def refit(effect: str, deviance: float) -> SimpleNamespace:
 
 
 def test_a_motion_inside_is_judged_beside_the_leaders_where_data_are_likelier_with_it(monkeypatch):
-    monkeypatch.setattr(search, "on_ranking_part", lambda model: refit("", 100.0))
+    monkeypatch.setattr(relief, "on_ranking_part", lambda model: refit("", 100.0))
     leaders = [refit(name, 90.0) for name in ("coulomb_drive", "cogging", "air_drag", "imu_bias", "gyro_bias")]
     others = [refit("slosh", 99.0), refit("slope", 95.0), refit("wheel_slip", 101.0)]
-    assert search._leading(None, [*leaders, *others]) == [*leaders, others[0]]
-    assert search._leading(None, [others[2], *leaders]) == [others[2], *leaders[:4]]
+    assert relief._leading(None, [*leaders, *others]) == [*leaders, others[0]]
+    assert relief._leading(None, [others[2], *leaders]) == [others[2], *leaders[:4]]
 
 
 @pytest.mark.slow

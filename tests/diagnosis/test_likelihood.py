@@ -9,7 +9,7 @@ import pytest
 from scipy.special import erfc
 
 from wheelpend import Log, Model
-from wheelpend.diagnosis.likelihood import filter_response, repeatability, search
+from wheelpend.diagnosis.likelihood import filter_response, one_round, relief, repeatability, search
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.held_out import (
@@ -122,7 +122,7 @@ def test_an_effect_is_told_with_the_size_that_it_has_in_the_model_fitted_to_its_
         ended.append(settled(model))
         return ended[-1]
 
-    monkeypatch.setattr(search, "settled", keep)
+    monkeypatch.setattr(one_round, "settled", keep)
     (found,) = rounds_by_likelihood(*begun(DRY, 1, OTHERS), lambda rounds: True, lambda text: None)
     first = found.named[0]
     assert first.coefficients["torque"] == ended[0].log_values[0]["coulomb_drive.torque"]
@@ -163,7 +163,7 @@ def test_two_effects_that_are_there_are_supported_together_and_one_that_is_not_h
 
 def test_where_no_single_effect_is_worth_a_step_a_pair_is_added_as_two(monkeypatch):
     problem, start = best_start(prepare(Model.parse(MODEL), [axis_log(DRY, 1, SPRING)], without=OTHERS))
-    monkeypatch.setattr(search, "most_telling_first", lambda supported: [])
+    monkeypatch.setattr(one_round, "most_telling_first", lambda supported: [])
     rounds = search.rounds_by_likelihood(problem, start, lambda rounds: len(rounds) > 2, lambda text: None)
     assert {r.named[0].effect for r in rounds[:2]} == {"coulomb_drive", "tether_spring"}
     assert rounds[1].problem.model.effects == ("viscous_drive", rounds[0].named[0].effect)
@@ -189,10 +189,10 @@ def with_refits_that_lead_to(monkeypatch, relieved: float, added: float):
             best["voltage_offset"] = relieved - 2.0
         return {e: SimpleNamespace(deviance=d, name=e) for e, d in best.items()}
 
-    monkeypatch.setattr(search, "_refits", refits)
-    monkeypatch.setattr(search, "_relieved", lambda model, refits, progress: SimpleNamespace(deviance=relieved))
-    monkeypatch.setattr(search, "_added_effect", lambda model: SimpleNamespace(name=model.name, releases=""))
-    model, found = search._with_refits(SimpleNamespace(deviance=1000.0), lambda text: None)
+    monkeypatch.setattr(relief, "_refits", refits)
+    monkeypatch.setattr(relief, "_relieved", lambda model, refits, progress: SimpleNamespace(deviance=relieved))
+    monkeypatch.setattr(relief, "_added_effect", lambda model: SimpleNamespace(name=model.name, releases=""))
+    model, found = relief.with_refits(SimpleNamespace(deviance=1000.0), lambda text: None)
     return begun_from, model.deviance, {e: m.deviance for e, m in found.items()}
 
 
@@ -223,14 +223,14 @@ def test_no_way_out_of_a_minimum_leads_to_where_nothing_can_be_predicted(monkeyp
     problem = SimpleNamespace(replaced=lambda effect: ())
     model = Place(now, SimpleNamespace(deviance=1000.0), problem)
     other = Place(ahead, SimpleNamespace(deviance=400.0), problem)
-    monkeypatch.setattr(search, "without_effect", lambda larger, effect: other)
-    monkeypatch.setattr(search, "validation_residuals", lambda problem, error: (error, ()))
-    likelier = search._relieved(model, {"coulomb_drive": other}, lambda text: None)
+    monkeypatch.setattr(relief, "without_effect", lambda larger, effect: other)
+    monkeypatch.setattr(relief, "validation_residuals", lambda problem, error: (error, ()))
+    likelier = relief._relieved(model, {"coulomb_drive": other}, lambda text: None)
     assert likelier.error == (ahead if led else now)
 
 
 def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: float, error: float):
-    """Effects that a search ends with whose first one has a rival: its verdict, and the rival's likelihood and error."""
+    """Effects and verdict that a search ends with whose first effect has a rival, of a likelihood and error."""
 
     def found(effects, verdict, after):
         named = [SimpleNamespace(effect=e, held_out_gain=1.0) for e in effects]
@@ -241,15 +241,15 @@ def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: flo
         return SimpleNamespace(deviance=likely, problem=problem)
 
     def instead():
-        return search.Round((found([rival], "effect_missing", 9.0),), model(deviance))
+        return one_round.Round((found([rival], "effect_missing", 9.0),), model(deviance))
 
-    def one_round(before, added, goes_on, progress):
+    def a_round(before, added, goes_on, progress):
         if not added:
-            return search.Round((found([first], "effect_missing", 9.0),), model(500.0), instead=instead)
+            return one_round.Round((found([first], "effect_missing", 9.0),), model(500.0), instead=instead)
         last = found([], rest, 5.0) if added == [first] else found([], "nothing_missing", error)
-        return search.Round((last,), None)
+        return one_round.Round((last,), None)
 
-    monkeypatch.setattr(search, "_round", one_round)
+    monkeypatch.setattr(search, "one_round", a_round)
     rounds = search.rounds_from(model(1000.0), lambda rounds: len(rounds) > 3, lambda text: None)
     return [c.effect for r in rounds for c in r.named], rounds[-1].verdict
 
@@ -273,7 +273,7 @@ def test_a_rival_of_an_effect_is_tried_where_the_search_ends_with_something_unex
 def searched_where_nothing_lowers(monkeypatch, without=OTHERS):
     """Diagnoses of a log with dry friction, of which no effect is let lower the error or the force."""
     monkeypatch.setattr(Judged, "lowers", lambda self, error: False)
-    monkeypatch.setattr(search, "leading_pairs", lambda model: [])
+    monkeypatch.setattr(one_round, "leading_pairs", lambda model: [])
     problem, start = begun(DRY, 1, without)
     return rounds_by_likelihood(problem, start, lambda rounds: len(rounds) > 2, lambda text: None)
 
@@ -287,15 +287,15 @@ def test_an_effect_without_which_something_repeats_is_named_though_it_lowers_not
 
 
 def test_an_effect_that_leaves_what_repeats_and_lowers_nothing_is_only_told_of(monkeypatch):
-    monkeypatch.setattr(search, "_without_rest", lambda one, progress: None)
+    monkeypatch.setattr(one_round, "_without_rest", lambda one, progress: None)
     (alone,) = searched_where_nothing_lowers(monkeypatch)
     assert alone.verdict == "unexplained" and not alone.named
     assert "too small to matter: coulomb_drive" in alone.warnings[-1]
 
 
 def test_where_nothing_repeats_a_small_effect_is_only_told_of_however_much_is_left_to_chance(monkeypatch):
-    monkeypatch.setattr(search, "searched_remainder", lambda model, judged=(): model.remainder())
-    monkeypatch.setattr(search, "is_mostly_chance", lambda left: True)
+    monkeypatch.setattr(one_round, "searched_remainder", lambda model, judged=(): model.remainder())
+    monkeypatch.setattr(one_round, "is_mostly_chance", lambda left: True)
     (alone,) = searched_where_nothing_lowers(monkeypatch)
     assert alone.verdict == "unexplained" and not alone.named
     assert "too small to matter: coulomb_drive" in alone.warnings[-1]

@@ -10,7 +10,7 @@ import derive
 from tests.support import simulated
 from wheelpend import Model, add, diagnose
 from wheelpend.diagnosis.evidence import added_p_value
-from wheelpend.diagnosis.likelihood import search
+from wheelpend.diagnosis.likelihood import one_round
 from wheelpend.diagnosis.refit import replace_contained
 from wheelpend.diagnosis.score_test import EffectSize
 from wheelpend.estimation.data import prepare
@@ -75,8 +75,8 @@ def judged(effect: str, deviance: float, *, certain: bool = False, followed: boo
 def test_an_effect_is_displaced_by_one_with_which_it_drives_if_the_model_is_likelier_so(
     drag, lost, likelier, displaced, monkeypatch
 ):
-    monkeypatch.setattr(search, "without_meaning", lambda model: lost if model is drag.model else [])
+    monkeypatch.setattr(one_round, "without_meaning", lambda model: lost if model is drag.model else [])
     without = SimpleNamespace(deviance=95.0 if likelier else 105.0)
-    monkeypatch.setattr(search, "without_effect", lambda model, effect: without)
+    monkeypatch.setattr(one_round, "without_effect", lambda model, effect: without)
     base, other = SimpleNamespace(deviance=100.0), judged("cogging", 99.0)
-    assert search._displaced(base, [other, drag], ["viscous_drive"], print) == displaced
+    assert one_round._displaced(base, [other, drag], ["viscous_drive"], print) == displaced

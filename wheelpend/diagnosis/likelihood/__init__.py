@@ -4,6 +4,8 @@ In: a problem and a start. Out: diagnoses, each with the first candidate of the 
 Question: what is left that repeats, on a machine that feels more than any library holds?
 
 - `search`: effects added one by one, and taken out where others make them needless.
+- `one_round`: which effect, or pair, a model gets next, and what is said where none is.
+- `relief`: a model refitted with every effect that leads, and the way out of a minimum to which refits may lead.
 - `filtered_model`: a model with the parameters and random forces that make its logs likeliest.
 - `whitened_scores`: effects scored behind that filter, and behind ones that leave less to chance.
 - `refits`: the model with one effect more, or less, the random force free.
