@@ -174,7 +174,7 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     """
     evidence = [_round_evidence(one) for one in rounds]
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
-    if found.by_likelihood and found.verdict == "nothing_missing" and len(rounds) == 1 and not found.named:
+    if found.verdict == "nothing_missing" and len(rounds) == 1 and not found.named:
         improbable = probability_of_nothing_seen(known) < MIN_NOTHING_PROBABILITY
         found = replace(found, verdict="unexplained", detectable={}) if improbable else found
     if rounds[0].named and (said := _less_likely_than_nothing(rounds, known)):
