@@ -178,3 +178,14 @@ def test_as_many_states_are_discounted_from_held_out_segments_as_a_prediction_di
         error, _ = validation_residuals(problem, Fit.at(values))
         predicted, _ = prediction_error(problem.simulator, problem.data.validation[0].part, values)
         assert error == pytest.approx(predicted, rel=1e-6), machine
+
+
+@pytest.mark.parametrize("held", [0.5, 3.0, 5.0])
+def test_the_last_third_is_that_of_what_is_used_where_a_hand_holds_the_machine_at_first(held):
+    t = np.arange(0.0, 8.0, 0.01)
+    swung = 0.6 * np.cos(6.0 * np.clip(t - held, 0.0, None)) * np.exp(-0.1 * np.clip(t - held, 0.0, None))
+    noisy = swung + 2e-4 * np.random.default_rng(0).normal(size=len(t))
+    problem = prepare(Model.parse('plant = "pendulum"\n'), [{"t": t, "theta_1": noisy}], lean=True)
+    (log,), first = problem.logs, held + (8.0 - held) * 2 / 3
+    assert first - 0.1 < log.t[min(samples(problem.data.validation[0].part))] < first + 0.55
+    assert held <= log.t[min(samples(problem.data.estimation[0]))] < held + 0.3

@@ -184,16 +184,22 @@ def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
     A machine at rest follows hardly any law, and tells none from another. What moves for less than three times the
     horizon [s] is not divided.
     """
-    third = _last_third(log)
+    first, third = _first_usable(log), _last_third(log)
     rest = rest_begin(log, noise.sigma)
     stands_still = len(log) - rest > MAX_STILL_SHARE * (len(log) - third)
-    moves = log.t[min(rest, len(log) - 1)] - log.t[0] >= MIN_MOVING_HORIZONS * horizon
-    return min(rest * 2 // 3, third) if stands_still and moves else third
+    moves = log.t[min(rest, len(log) - 1)] - log.t[first] >= MIN_MOVING_HORIZONS * horizon
+    return min(first + (rest - first) * 2 // 3, third) if stands_still and moves else third
 
 
 def _last_third(log: Log) -> int:
-    """The first sample of a log's last third."""
-    return len(log) * 2 // 3
+    """The first sample of the last third of what is used of a log: a time in which it is held is left out."""
+    first = _first_usable(log)
+    return first + (len(log) - first) * 2 // 3
+
+
+def _first_usable(log: Log) -> int:
+    """The first sample that is not left out."""
+    return log.stretches[0].begin if log.stretches else 0
 
 
 def _stillness_warnings(validation: Sequence[ValidationData], words: PlantWords) -> list[str]:
@@ -209,7 +215,8 @@ def _stillness_warnings(validation: Sequence[ValidationData], words: PlantWords)
 
 def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: PlantWords) -> ValidationData:
     """A validation log's segments, with its first third for the calibration of its per-log parameters."""
-    split = len(log) // 3
+    first = _first_usable(log)
+    split = first + (len(log) - first) // 3
     judged = _segments_of_log(log, noise, horizon, split, len(log), words)
     return ValidationData(judged, None, _segments_of_log(log, noise, horizon, 0, split, words))
 

@@ -22,7 +22,7 @@ def nonnegative_least_squares(
 
     Nuisance parameters take up a slope, an offset or a sticking gearbox: a constant on each row and the filters' free
     decay of either sign, and dry friction in the slip of the first port. A parameter that comes out at zero gets a
-    thousandth of the largest share.
+    thousandth of the largest share; or each all of the input, where none has any (a mass that runs at constant speed).
     """
     states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
@@ -38,7 +38,8 @@ def nonnegative_least_squares(
     either_sign[:count] = signed
     scale = np.linalg.norm(root[:, :count], axis=0) + SMALLEST_NORM
     shares = scale * nonnegative_solution(root[:, :-1], root[:, -1], either_sign)[0][:count]
-    shares = np.where(signed, shares, np.maximum(shares, MIN_PARAMETER_RATIO * shares.max()))
+    least = MIN_PARAMETER_RATIO * shares.max() or float(np.linalg.norm(root[:, -1]))
+    shares = np.where(signed, shares, np.maximum(shares, least))
     return dict(zip(module.LINEAR, map(float, shares / scale), strict=True))
 
 

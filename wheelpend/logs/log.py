@@ -184,8 +184,8 @@ class Log(NotebookResult):
         """Share of the usable samples that a warm-up [s] takes, of all or of those in the first third."""
         ranges = np.array(self._gapless_ranges, dtype=np.int64).reshape(-1, 2)
         ends = np.array([_settled(self, a, b, warm_up) for a, b in ranges.tolist()], dtype=np.int64)
-        shares = [0.0]
-        for until in (len(self) // 3, len(self)):
+        first, shares = int(ranges[0, 0]) if len(ranges) else 0, [0.0]
+        for until in (first + (len(self) - first) // 3, len(self)):
             begin, settled, end = (np.minimum(x, until) for x in (ranges[:, 0], ends, ranges[:, 1]))
             shares.append(float((settled - begin).sum() / max((end - begin).sum(), 1)))
         return max(shares)
