@@ -78,7 +78,7 @@ EFFECT_ROWS = (
         "actuator",
         "The supply weakens while the log runs.",
         "U = V (1 − r t)",
-        (EffectParameter("rate", "1/s", letter="r", typical=0.005),),
+        (EffectParameter("rate", "1/s", letter="r", minimum=-0.1, maximum=0.1, typical=0.005),),
         InputMap(lambda V, t, rate: V * (1 - rate * t)),
         means="The battery empties, or something warms up: the same command does less and less.",
         resembles="other effects that grow with time; a log of a few seconds shows none.",

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 from tests.support import CHANNELS, DATA
-from wheelpend.inspection.inspect import inspect_log
+from wheelpend import Model
+from wheelpend.inspection.inspect import inspect_for_model, inspect_log
 from wheelpend.inspection.signals import MAX_SHIFT_SAMPLES, parabolic_minimum
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log
+from wheelpend.reports.text.inspection import inspection_text
 from wheelpend.serialise import dumps, to_json
 from wheelpend.simulation.closed_loop import ClosedLoop
 
@@ -242,3 +244,31 @@ def test_statistics_are_in_the_units_of_each_channel():
     assert shaken.jitter == pytest.approx(0.1 * np.sqrt(2 / 3), rel=0.05)
     assert found.channels["v_in"]["maximum"] == np.max(log.voltage)
     assert found.channels["dtheta_p"]["minimum"] == np.min(log.measured[:, 2])
+
+
+def axis_driven(samples: int, sign: float) -> dict[str, np.ndarray]:
+    """Columns of an axis with viscous friction under steps of voltage, from an integrator of its own."""
+    dt, commands = 0.01, np.repeat(np.random.default_rng(3).uniform(-6.0, 6.0, samples), 20)[:samples]
+    t, speed, place = np.arange(samples) * dt, np.zeros(samples), np.zeros(samples)
+    for k in range(samples - 1):
+        decay = np.exp(-dt / 0.15)  # of the speed towards half of the command
+        speed[k + 1] = 0.5 * commands[k] + (speed[k] - 0.5 * commands[k]) * decay
+        place[k + 1] = place[k] + 0.5 * commands[k] * dt + 0.15 * (speed[k] - 0.5 * commands[k]) * (1.0 - decay)
+    noise = 2e-4 * np.random.default_rng(4).normal(size=samples)
+    return {"t": t, "v_in": sign * commands, "x": place + noise}
+
+
+@pytest.mark.parametrize("samples", [260, 340])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_sign_is_found_in_a_log_of_a_few_seconds_and_none_where_it_is_right(samples, sign):
+    model = Model.parse('plant = "slide"\n')
+    found = inspect_for_model(model, load_log(axis_driven(samples, sign), table=model.table))
+    assert [f.kind for f in found.findings] == ([] if sign > 0.0 else ["flipped_sign"]) and not found.untested
+
+
+def test_it_is_said_of_a_shorter_log_that_signs_were_not_tested():
+    model = Model.parse('plant = "slide"\n')
+    log = load_log(axis_driven(200, -1.0), table=model.table, name="short")
+    found = inspect_for_model(model, log)
+    said = [text for text in inspection_text(log, found) if isinstance(text, str)]
+    assert not found.findings and "Signs and clocks were not tested: 250 samples would be needed." in said

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from tests.support import simulated
 from wheelpend import Failure
@@ -340,7 +341,7 @@ def test_no_cart_goes_many_metres_so_its_place_is_in_mm(tmp_path):
 
 
 def test_a_slow_arm_is_in_degrees_by_what_carries_its_weight(tmp_path):
-    """In less than 400 samples at constant speeds, where gravity shows in the torque alone."""
+    """In a short log at constant speeds, where gravity shows in the torque alone."""
     t = np.arange(330) * 0.015
     angle = 90.0 - 80.0 * np.abs((t / 2.5) % 2.0 - 1.0)
     speed = np.gradient(angle, t)
@@ -381,3 +382,21 @@ def test_of_two_angles_the_one_that_stays_upright_is_the_pitch_whatever_they_are
     proposal = propose(survey_file(written(tmp_path / "log.csv", columns)), "wheel_pendulum")
     found = {n: c["column"] for n, c in tomllib.loads(proposal.text)["columns"].items()}
     assert (found["theta_w"], found["theta_p"], found["dtheta_p"]) == (wheel, pitch, f"{pitch}_dot")
+
+
+def swung_freely(scale: float, reach: float) -> dict[str, np.ndarray]:
+    """Columns of a pendulum that swings freely from an angle [rad], in a unit of which so many are a rad."""
+    t = np.arange(0.0, 20.0, 1 / 30)
+    angle = solve_ivp(lambda _, y: [y[1], -17.0 * np.sin(y[0]) - 0.03 * y[1]], (0.0, 20.0), [reach, 0.0], t_eval=t).y[0]
+    return {"t": t, "column": scale * (angle + 5e-4 * np.random.default_rng(2).normal(size=len(t)))}
+
+
+def test_a_way_that_swings_like_a_small_angle_is_no_angle_in_degrees(tmp_path):
+    found, model = proposed(written(tmp_path / "mm.csv", swung_freely(624.0, 0.09)))
+    assert model["columns"]["theta_1"] == {"column": "column", "scale": 0.001}
+    assert "a way, for gravity" in " ".join(found.sentences)
+    _, model = proposed(written(tmp_path / "deg.csv", swung_freely(180 / np.pi, 0.9)))
+    assert model["columns"]["theta_1"]["unit"] == "deg"
+    counted = swung_freely(4096 / (2 * np.pi), 0.37)
+    _, model = proposed(written(tmp_path / "counts.csv", counted | {"column": np.round(counted["column"])}))
+    assert model["columns"]["theta_1"]["scale"] == pytest.approx(2 * np.pi / 4096)

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 
-from wheelpend.inspection.gravity import carried_weight_misfit, gravity_misfit
+from wheelpend.inspection.gravity import MIN_GRAVITY_GAIN, carried_weight_misfit, gravity_misfit
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN, Signals
 
 MIN_BACKLASH_SHARE = 0.1  # of its range, by which an angle goes back where it turns
 MIN_TURNING_POINTS = 3
 MAX_CARRIED_SHARE = 0.3  # of an input that gravity leaves of what it carries: else it is something else
+SMALL_UNIT = 1e6  # of which so many would be a rad: every swing is small in it
 MIN_UNIT_GAIN = 2.0  # times less of an acceleration that gravity leaves in degrees than in rad
 
 
@@ -39,10 +40,24 @@ def swings_beyond_a_turn(angle: np.ndarray) -> bool:
     return points.size >= MIN_TURNING_POINTS and float(np.abs(np.diff(points)).min()) > 2 * math.pi
 
 
+def is_small_swing(angle: np.ndarray, signals: Signals | None, place: str, inputs: list[str]) -> bool:
+    """True of what swings freely over a wide range (N,) as a small angle does: a length, or counts, and no angle.
+
+    Gravity pulls an angle back by its sine, and a way by itself: over tens of degrees that is another acceleration.
+    """
+    if inputs or signals is None or np.nanmax(angle) - np.nanmin(angle) < 2 * math.pi:
+        return False
+    units = (1.0, DEGREES_PER_RADIAN, SMALL_UNIT)
+    in_rad, in_degrees, small = (gravity_misfit(signals, place, inputs, unit) for unit in units)
+    return small * MIN_GRAVITY_GAIN < min(in_rad, in_degrees)
+
+
 def is_in_degrees(angle: np.ndarray, signals: Signals | None, place: str, inputs: list[str]) -> str:
     """Why an angle (N,) that states no unit is in degrees; nothing of one that may be in rad."""
     known = angle[np.isfinite(angle)]
     free = not inputs
+    if is_small_swing(angle, signals, place, inputs):
+        return ""
     if free and swings_beyond_a_turn(known) and float(np.ptp(turning_points(known))) < 360.0:
         points = turning_points(known)
         return (f"it swings from {points.min():.3g} to {points.max():.3g} and back: in rad it would turn over, in "

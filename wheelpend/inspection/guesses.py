@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.inspection.angle_unit import is_in_degrees
+from wheelpend.inspection.angle_unit import is_in_degrees, is_small_swing
 from wheelpend.inspection.column_names import (
     SUPPLY_NAMES,
     contains,
@@ -88,6 +88,10 @@ def guess_place(
     A way ``beside_angle``, a cart's beside its pole, is one: along a slide it may be what its motor's shaft turns.
     """
     counting = is_counting(column) and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
+    if own == "rad" and not counting and is_small_swing(values, survey.longest, column, inputs):
+        said = ("a way, for gravity pulls it back by itself and not by a sine: mm of a pendulum of 1 m, put 0.001 / "
+                "its length in m in the place of this scale")  # fmt: skip
+        return guess_counts(column, values, own) if is_whole(values) else Guess(ColumnMap(column, scale=0.001), said)
     if own == "rad" and not counting and (why := is_in_degrees(values, survey.longest, column, inputs)):
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
     way = float(np.nanmax(values) - np.nanmin(values))

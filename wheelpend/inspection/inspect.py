@@ -14,7 +14,7 @@ from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs, with_settings
 from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
 from wheelpend.inspection.sampling import find_sampling_faults
-from wheelpend.inspection.signals import channel_values
+from wheelpend.inspection.signals import MIN_ANALYSED_SAMPLES, channel_values
 from wheelpend.inspection.standstill import constant_signal_times, find_gaps, find_no_excitation, standstills
 from wheelpend.inspection.wiring import find_faults
 from wheelpend.kernels.kernel_module import KernelModule
@@ -45,6 +45,7 @@ class Inspection:
     proposal: str  # lines for model.toml that would cure the findings; empty when there is nothing to propose
     sensors: str = ""  # lines for model.toml that say what the sensors are like, by this log
     stand_still: dict[str, list[tuple[float, float]]] = field(default_factory=dict)  # from, to [s] by channel
+    untested: str = ""  # why nothing could be concluded on signs and clocks
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -114,6 +115,7 @@ def inspect_log(
         proposal=corrections.text(),
         sensors=sensors_section_text(log, noise, table, corrections),
         stand_still=standstills(log, noise, table),
+        untested="" if len(log) >= MIN_ANALYSED_SAMPLES else f"{MIN_ANALYSED_SAMPLES} samples would be needed",
     )
 
 

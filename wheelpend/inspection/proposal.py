@@ -12,7 +12,7 @@ import numpy as np
 
 from derive import plants
 from wheelpend.errors import Failure
-from wheelpend.inspection.angle_unit import is_in_degrees
+from wheelpend.inspection.angle_unit import is_in_degrees, is_small_swing
 from wheelpend.inspection.column_names import input_unit, is_no_place, stated_unit, unit_within
 from wheelpend.inspection.gravity import gravity_zero, hangs_at_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
@@ -151,7 +151,9 @@ def guess_comments(guesses: Mapping[str, str]) -> dict[str, str]:
 
 
 def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
-    """Reading at which a position hangs [rad], in degrees or rad as it looks; None where no gravity shows."""
+    """Reading at which a position hangs [rad], in degrees or rad as it looks; None where no gravity shows, or a way."""
+    if is_small_swing(survey.values[place], survey.signals, place, inputs):
+        return None
     unit = DEGREES_PER_RADIAN if looks_like_degrees(survey, place) else 1.0
     return gravity_zero(survey.signals, place, inputs, unit)
 

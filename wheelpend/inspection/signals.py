@@ -13,7 +13,7 @@ from wheelpend.logs.log import Log, gapless_ranges
 from wheelpend.numerics import gaussian_smoothed
 
 MAX_ANALYSED_SAMPLES = 40_000  # samples analysed for signs and clocks; of a longer log, those in its middle
-MIN_ANALYSED_SAMPLES = 400  # samples, below which nothing is concluded on signs and clocks
+MIN_ANALYSED_SAMPLES = 250  # samples, below which nothing is concluded on signs and clocks
 MIN_STRETCH_SAMPLES = 100  # samples of a stretch that is looked at beside others
 MAX_SHIFT_SAMPLES = 30  # samples, the largest time shift looked for
 MIN_SHIFT_SAMPLES = 2.5  # samples, the smallest time shift reported
@@ -106,7 +106,7 @@ def _signals_of(log: Log, first: int, last: int, input: str) -> Signals | None:
     channels = {}
     for name, values in zip(log.channels, log.measured[first:last].T, strict=True):
         known = np.isfinite(values)
-        if known.sum() >= MIN_ANALYSED_SAMPLES // 4:
+        if known.sum() >= MIN_STRETCH_SAMPLES:
             channels[name] = np.interp(grid, t[known], values[known])
     return Signals(dt, np.diff(np.interp(edges, t, charge)) / dt, channels, input) if channels else None
 

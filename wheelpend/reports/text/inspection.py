@@ -22,6 +22,8 @@ def inspection_text(log: Log, result: Inspection) -> TextBlocks:
         yield f"Put this into model.toml:\n\n{result.proposal}"
     elif not (result.findings or log.warnings):
         yield "Nothing odd was found."
+    if result.untested:
+        yield f"Signs and clocks were not tested: {result.untested}."
     if result.sensors:
         yield f"By this log, the sensors are:\n\n{result.sensors}"
 
