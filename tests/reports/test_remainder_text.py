@@ -11,6 +11,7 @@ from wheelpend.diagnosis.likelihood.remaining import ImpossibleLaw
 from wheelpend.diagnosis.likelihood.repeatability import FORCE_KIND, READING_KIND, RepeatingFunction
 from wheelpend.diagnosis.likelihood.resonance import Resonance
 from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
+from wheelpend.diagnosis.structures import Structure
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError
 from wheelpend.identification.widening import Widening
 from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences, widening_sentences
@@ -105,7 +106,7 @@ SLOW, RINGING = SlowSource("dtheta_p", False, 5.0, 14.8, 1e-5), Resonance("theta
     ("left", "text"),
     [
         (Remainder(repeating=(REPEATING,), slow=(SLOW,)), "A function of t and v_in, as a force between wheel and "
-         "body, predicts 37 % of it on stretches that it was not made from."),
+         "body, predicts a part of it, 37 % of its mean square, on stretches that it was not made from."),
         (Remainder(repeating=(RepeatingFunction(READING_KIND, "theta_p", (), 0.1, 40.0, 1e-5, 700),)),
          "A constant, as an offset of the reading theta_p, predicts a part of it on stretches that it was not made "
          "from: look at that sensor first."),
@@ -151,10 +152,11 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
             effect=effect, error_after=error_after, is_possible=is_possible, coefficients=coefficients
         )
 
-    def said(*refitted):
+    def said(*refitted, structures=()):
         found = SimpleNamespace(
             error=35.0, noise_floor=1.0, verdict="unexplained", remainder=Remainder({"wheel": force(share=share)}),
-            refitted=refitted, horizon_s=0.5, problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
+            refitted=refitted, structures=structures,
+            horizon_s=0.5, problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
         return verdict_beside_force_text(found)
 
@@ -164,12 +166,15 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     assert "With" not in said(tried("slope", 30.0)) and "With" not in said()
     alike = said(tried("stribeck_drive", 7.99), tried("coulomb_asymmetry", 8.0), tried("coulomb_drive", 8.01))
     assert "With coulomb_drive the held-out error falls" in alike  # of equally good ones the simplest
+    known = (Structure(("slope",), 0.7), Structure((), 0.3))
+    probable = said(tried("slope", 30.0), tried("viscous_drive", 8.0), structures=known)
+    assert "The likeliest is slope (70 % in all)" in probable and "With viscous_drive" not in probable
 
 
 def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
     last = SimpleNamespace(
         by_likelihood=True, named=(), remainder=Remainder({"wheel": force(share=0.8)}), refitted=(), error=35.0,
-        problem=SimpleNamespace(plant=MODEL.plant_signature),
+        structures=(), problem=SimpleNamespace(plant=MODEL.plant_signature),
     )  # fmt: skip
     ladder = SimpleNamespace(verdict="unexplained", last=last, repeats=(), remainder=last.remainder)
     assert unexplained_sentences(ladder) == [MOSTLY_CHANCE_SENTENCE]

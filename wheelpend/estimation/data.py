@@ -118,7 +118,8 @@ def memory_of(effects: Sequence[str]) -> float:
 def _warnings_of(log: Log) -> list[str]:
     """Warnings about a log, which its estimates inherit."""
     found = [f"{log.name}: {w}" for w in log.warnings]
-    if log.warm_up_s < log.memory_s and log.dt < log.memory_s:  # else one sample outlasts the memory
+    driven = bool(np.any(log.inputs[np.isfinite(log.inputs)]))
+    if driven and log.warm_up_s < log.memory_s and log.dt < log.memory_s:  # else one sample outlasts the memory
         found.append(f"{log.name}: what was commanded before a log begins, or in a gap, is unknown, and an actuator "
                      f"may remember it for {log.memory_s:g} s. The log is too short to leave out more than "
                      f"{log.warm_up_s:.2g} s after each: believe no delay or lag that lasts longer, and record "

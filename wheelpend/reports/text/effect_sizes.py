@@ -54,6 +54,21 @@ def _coefficient_text(name: str, found: Estimate, quantities: PlantUnits, drive_
     return text
 
 
+def moved_size_text(step: Step, explanation: Ladder) -> str:
+    """Coefficients of an effect with all steps, where those that were added later moved them by a standard error."""
+    finals = {n: explanation.parameters.get(full_name(step.effect, n)) for n in step.estimates}
+    moved = [
+        f"{n} {estimate_text(final.value, final.sigma, final.unit)}"
+        for n, first in step.estimates.items()
+        if (final := finals[n]) and not final.per_log and _has_moved(first, final)
+    ]
+    return f"With all steps: {'; '.join(moved)}." if moved else ""
+
+
+def _has_moved(first: Estimate, final: Estimate) -> bool:
+    return abs(final.value - first.value) > first.sigma
+
+
 def log_size_lines(found: CandidateFit | Step) -> Iterator[str]:
     """Sizes of an effect in each of several logs, where they have their own."""
     for own in found.per_log:

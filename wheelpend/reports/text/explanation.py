@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from wheelpend.reports.ladder import bar_lengths, ladder_rungs
 from wheelpend.reports.numbers import digits_text, prediction_error_text, share_text
-from wheelpend.reports.text.effect_sizes import log_size_lines, rms_input
+from wheelpend.reports.text.effect_sizes import log_size_lines, moved_size_text, rms_input
 from wheelpend.reports.text.remainder import leaves_a_force, remainder_sentences
 from wheelpend.reports.text.structures import structures_text
 from wheelpend.reports.text.table import TextBlocks
@@ -53,6 +53,8 @@ def _step_lines(step: Step, result: Ladder) -> Iterator[str]:
     yield f"  {evidence_text(step)}"
     if step.force_before is not None and step.force_after is not None:
         yield f"  {force_change_text(step.force_before, step.force_after)}"
+    if moved := moved_size_text(step, result):
+        yield f"  {moved}"
     yield from log_size_lines(step)
     if step.equivalent_to:
         of_advice = next(s for s in result.steps if s.equivalent_to)  # whose effects the experiment tells apart

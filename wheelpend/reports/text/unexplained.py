@@ -48,7 +48,7 @@ def repeatability_sentences(repeats: Sequence[ExplainedForce], left: Remainder |
     if not best.depends_on:
         return ["Nothing of the missing force repeats with a state, the input or time: "
                 "no smooth function of them predicts it on data that did not make the function."]  # fmt: skip
-    lines = [_best_row_sentence(best)]
+    lines = [_best_row_sentence(best, left)]
     if others:
         shares = ", ".join(f"{place_text(r)} {incomplete_percent_text(r.repeatable)}" for r in others)
         lines.append(f"As a force elsewhere it would be: {shares}.")
@@ -63,12 +63,13 @@ def unexplained_sentences(result: Ladder) -> list[str]:
     return [s for s in (rest_beside_force_text(last), *repeating) if s]
 
 
-def _best_row_sentence(best: ExplainedForce) -> str:
+def _best_row_sentence(best: ExplainedForce, left: Remainder | None) -> str:
     alone, together = incomplete_percent_text(best.alone), incomplete_percent_text(best.repeatable)
     first = f"{alone} of the missing force repeats with {best.depends_on[0]}"
     if len(best.depends_on) > 1:
         first += f", {together} with it and {' and '.join(best.depends_on[1:])}"
-    rest = "" if together == incomplete_percent_text(1.0) else "; the rest does not repeat"
+    told = together == incomplete_percent_text(1.0) or (left is not None and left.what_repeats)  # by the filter
+    rest = "" if told else "; the rest does not repeat"
     return f"{first}, as a force {place_text(best)}{rest}."
 
 

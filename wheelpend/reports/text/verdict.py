@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from derive import effects as library
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
+from wheelpend.diagnosis.structures import probability_of
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.model.units import PlantUnits
@@ -44,6 +45,7 @@ UNCERTAIN_SENTENCE = (
     "are likely, and a longer log with more motion will tell."
 )
 MIN_LIKELY_FALL = 0.2  # relative, of the held-out error, with which an effect that is not certain is worth a word
+MIN_LIKELY_PROBABILITY = 0.5  # with which such an effect is missing, to be the one to try
 CLOSING_SENTENCES = {
     "nothing_missing": "Nothing more is missing.",
     "ambiguous": "Nothing more is missing, but a step was ambiguous.",
@@ -91,11 +93,17 @@ def rest_beside_force_text(result: Diagnosis) -> str:
 
 
 def likely_text(result: Diagnosis) -> str:
-    """The effect with which held-out data are predicted best though it is not certain, in a sentence; or nothing.
+    """The effect to try though it is not certain, in a sentence; or nothing.
 
-    Of equally good ones the simplest, in the order of the library.
+    It is the one that is probably missing, or else the one with which held-out data are predicted best; of equally good
+    ones the simplest, in the order of the library.
     """
     tried = [c for c in result.refitted if c.is_possible and is_number(c.error_after)]
+    for one in tried:
+        probability = probability_of({one.effect}, result.structures)
+        if probability > MIN_LIKELY_PROBABILITY and one.effect not in result.problem.model.effects:
+            return (f"The likeliest is {one.effect} ({100 * probability:.0f} % in all), which is not certain: record "
+                    f"more, or try it: `wheelpend add {one.effect}`.")  # fmt: skip
     lowest = min((c.error_after for c in tried), default=math.inf)
     if not is_number(result.error) or lowest > (1.0 - MIN_LIKELY_FALL) * result.error:
         return ""
@@ -129,8 +137,8 @@ def repeating_text(left: Remainder | None, plant: PlantSignature) -> str:
     if first.is_in_reading:
         return (f"{what}, as an offset of the reading {first.row}, predicts a part of it on stretches that it was "
                 "not made from: look at that sensor first.")  # fmt: skip
-    return (f"{what}, as a force {force_place_text(first.row, ports)}, predicts {share_text(first.share)} of it on "
-            "stretches that it was not made from.")  # fmt: skip
+    return (f"{what}, as a force {force_place_text(first.row, ports)}, predicts a part of it, "
+            f"{share_text(first.share)} of its mean square, on stretches that it was not made from.")  # fmt: skip
 
 
 def slow_text(source: SlowSource, ports: Mapping[str, PortSpec]) -> str:
@@ -159,7 +167,9 @@ def closing_sentence(result: Ladder) -> str:
     if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
         if result.verdict == "nothing_missing":
             return f"Nothing more that repeats is missing; {chance_sentence(result.last.remainder)}"
-        return f"{CLOSING_SENTENCES[result.verdict]} {rest_beside_force_text(result.last)}".strip()
+        chance = not has_repeating(result.last.remainder) and is_mostly_chance(result.last.remainder)
+        what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
+        return f"{what} {rest_beside_force_text(result.last)}".strip()
     return CLOSING_SENTENCES[result.verdict]
 
 
