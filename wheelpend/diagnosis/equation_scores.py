@@ -15,16 +15,19 @@ import numpy as np
 
 from derive.effects import DryForce, Effect
 from wheelpend.estimation.linear_fit import triangular_factor
-from wheelpend.estimation.nonnegative import nonnegative_solution
+from wheelpend.estimation.nonnegative import MIN_PARAMETER_RATIO, SMALLEST_NORM, nonnegative_solution
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.regressor import acting_input, free_decay
 from wheelpend.estimation.starts import MAX_START_SAMPLES, start_time_constants
 from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.estimation.step_size import fastest_rate
 from wheelpend.kernels.load import released_coordinates
 from wheelpend.logs.commands import longest_known_part
 from wheelpend.logs.log import Log
 
+MAX_RATE_IN_STEP = 1.0  # of the fastest motion times the integrator's step, which is stable up to 2.8
+MAX_DOUBLINGS = 12  # of inertias
 LEADER_COUNT = 3  # effects that leave least of the equations, which are refitted whatever other scores say
 
 
@@ -134,4 +137,25 @@ def _regressed(
     columns = [*names, *added]
     chosen = root[:, [linear.index(n) for n in columns]]
     estimate, rest = nonnegative_solution(chosen, root[:, -1], np.array(signed, dtype=bool))
-    return rest, dict(zip(columns, map(float, estimate), strict=True))
+    found = dict(zip(columns, map(float, estimate), strict=True))
+    lost = [n for n, s in zip(columns, signed, strict=True) if n in problem.base and not s and found[n] == 0.0]
+    return rest, found if effect is None or not lost else _with_some_of_each(problem, found, lost, chosen)
+
+
+def _with_some_of_each(
+    problem: EstimationProblem, found: Mapping[str, float], lost: Sequence[str], columns: np.ndarray
+) -> dict[str, float]:
+    """A solution in which parameters of the plant that came out at zero have a small share of what acts.
+
+    A machine without inertia cannot be simulated; so there is so much of it that steps of the integrator resolve the
+    fastest motion. In a log of few samples friction stops a fast machine within each, and its inertia hardly shows.
+    """
+    norms = dict(zip(found, np.maximum(np.linalg.norm(columns, axis=0), SMALLEST_NORM), strict=True))
+    least = MIN_PARAMETER_RATIO * max(norms[n] * abs(v) for n, v in found.items())
+    values = dict(found)
+    for k in range(MAX_DOUBLINGS):
+        values |= {n: float(2.0**k * least / norms[n]) for n in lost}
+        parameters = kernel_parameters(problem.module, values, problem.logs[0])
+        if fastest_rate(problem.module, parameters) * problem.max_step < MAX_RATE_IN_STEP:
+            break
+    return values
