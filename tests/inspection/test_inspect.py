@@ -272,3 +272,17 @@ def test_it_is_said_of_a_shorter_log_that_signs_were_not_tested():
     found = inspect_for_model(model, log)
     said = [text for text in inspection_text(log, found) if isinstance(text, str)]
     assert not found.findings and "Signs and clocks were not tested: 250 samples would be needed." in said
+
+
+@pytest.mark.parametrize("commanded", [0.0, 4.0])
+def test_one_that_rests_while_nothing_is_commanded_has_no_sensor_to_check(commanded):
+    columns = axis_driven(400, 1.0)
+    rest = (columns["t"] >= 1.5) & (columns["t"] < 3.0)
+    columns["v_in"][rest] = commanded
+    columns["x"][rest] = columns["x"][150]
+    columns["x"] = np.round(columns["x"], 3)
+    model = Model.parse('plant = "slide"\n')
+    found = inspect_for_model(model, load_log(columns, table=model.table)).findings
+    (still,) = [f for f in found if f.kind == "stand_still"]
+    assert ("Nothing is commanded then" in still.cure) == (commanded == 0.0)
+    assert ("check this sensor" in still.cure) == (commanded != 0.0)

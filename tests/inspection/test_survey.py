@@ -400,3 +400,36 @@ def test_a_way_that_swings_like_a_small_angle_is_no_angle_in_degrees(tmp_path):
     counted = swung_freely(4096 / (2 * np.pi), 0.37)
     _, model = proposed(written(tmp_path / "counts.csv", counted | {"column": np.round(counted["column"])}))
     assert model["columns"]["theta_1"]["scale"] == pytest.approx(2 * np.pi / 4096)
+
+
+def test_a_column_that_is_another_one_times_a_factor_is_left_out(tmp_path):
+    columns = pole_on_a_cart(hanging=False)
+    volts = columns["u"]
+    file = {"t": columns["t"], "pwm": np.round(volts * 255 / 12), "x": columns["x"], "angle": columns["angle"]}
+    file["Voltaje (V)"] = np.round(file["pwm"] * 12 / 255, 4)
+    found, model = proposed(written(tmp_path / "log.csv", file))
+    assert model["plant"] == "cart_pole" and model["columns"]["v_in"] == {"column": "Voltaje (V)"}
+    assert any("pwm is 21.25 times Voltaje (V) throughout" in s for s in found.sentences)
+    noisy = file["pwm"] + 0.3 * np.random.default_rng(0).normal(size=len(volts))
+    survey = survey_file(written(tmp_path / "noisy.csv", file | {"pwm": noisy}))
+    assert not survey.of_role("counter")
+
+
+def test_stamps_of_rows_that_arrive_together_are_no_times(tmp_path):
+    t = np.repeat(np.arange(60) * 124.0, 5)
+    rows = {"column": t, "deg": 40.0 * np.sin(np.arange(300) / 11), "rate": np.cos(np.arange(300) / 11)}
+    with pytest.raises(Failure, match=r"row 2 has 0 after 0 in row 1 \(240 such rows\).* stamped as they arrived"):
+        survey_file(written(tmp_path / "log.csv", rows))
+
+
+def test_an_angle_by_its_name_is_a_place_however_coarsely_it_is_sampled(tmp_path):
+    t = np.arange(60) * 0.124
+    swing = 81.0 * np.exp(-t) * np.cos(8.0 * t)
+    _, model = proposed(written(tmp_path / "log.csv", {"t": t, "angle_deg": np.round(swing / 0.45) * 0.45}))
+    assert model["plant"] == "pendulum" and model["columns"]["theta_1"] == {"column": "angle_deg", "unit": "deg"}
+
+
+def test_a_cart_is_called_x_and_its_pole_theta(tmp_path):
+    columns = pole_on_a_cart(hanging=False)
+    file = {"t": columns["t"], "U": columns["u"], "X": columns["x"], "Theta": columns["angle"]}
+    assert proposed(written(tmp_path / "log.csv", file))[1]["plant"] == "cart_pole"

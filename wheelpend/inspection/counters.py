@@ -1,9 +1,13 @@
-"""Columns that tell no more than the row they stand in: counters of samples or frames, and further clocks."""
+"""Columns that tell nothing of their own: counters of samples or frames, further clocks, and copies of others."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from itertools import combinations
+
 import numpy as np
 
+MAX_COPY_DEVIATION = 2e-4  # of its largest value, by which a column is off another one times a factor
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
 
 
@@ -20,6 +24,19 @@ def counter_sentence(name: str, values: np.ndarray, t: np.ndarray) -> str:
     if deviation_from_line(t, values) < MAX_CLOCK_DEVIATION * usual:
         return f"{name} grows in proportion to the time: a clock, and no reading."
     return ""
+
+
+def copies_among(values: Mapping[str, np.ndarray], states_unit: Callable[[str], object]) -> dict[str, str]:
+    """Columns (N,) that are another one times a factor, with a sentence on it; those that state a unit are kept."""
+    found: dict[str, str] = {}
+    moving = [n for n, v in values.items() if np.isfinite(v).all() and np.ptp(v) > 0.0]
+    for a, b in combinations(sorted(moving, key=lambda n: not states_unit(n)), 2):
+        if a in found or b in found:
+            continue
+        factor = float(values[a] @ values[b]) / float(values[a] @ values[a])
+        if np.abs(values[b] - factor * values[a]).max() < MAX_COPY_DEVIATION * np.abs(values[b]).max():
+            found[b] = f"{b} is {factor:.4g} times {a} throughout: the same once more, and left out."
+    return found
 
 
 def deviation_from_line(x: np.ndarray, y: np.ndarray) -> float:

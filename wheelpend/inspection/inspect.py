@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -207,6 +207,14 @@ def filter_findings(noise: Noise) -> list[Finding]:
     return [Finding("filtered", remark.split()[0], remark, "", None) for remark in noise.remarks]
 
 
+def commanded_between(log: Log, times: Sequence[tuple[float, float]]) -> bool:
+    """True where a machine is driven in one of some times [s], or nothing drives it at all."""
+    inputs = log.inputs
+    if not np.any(inputs[np.isfinite(inputs)]):
+        return True
+    return any(np.any(inputs[:, (log.t >= begin) & (log.t < end)]) for begin, end in times)
+
+
 def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]], table: ColumnTable) -> list[Finding]:
     """A finding on each channel that is constant at times, with the total and the longest time."""
     found = []
@@ -216,5 +224,7 @@ def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]]
         event = known or f"{name} repeats one value"
         sentence = f"{event} for {total:.3g} s in all, the longest time {end - begin:.3g} s from t = {begin:.6g} s."
         cure = "Little can be learnt from such stretches; if the machine did move, check this sensor."
+        if not commanded_between(log, times):
+            cure = "Nothing is commanded then, and little can be learnt from such stretches."
         found.append(Finding("stand_still", name, sentence, cure, total))
     return found

@@ -121,7 +121,7 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
         columns[channel] = rate
     if any(survey.base_of(columns[c]) not in ("", table.units[c]) for c in own):
         return None  # an angle by its unit is no way along a slide
-    named = sum(c == n or is_called(n, c, table) for n, c in columns.items())
+    named = sum(c.lower() == n or is_called(n, c, table) for n, c in columns.items())
     rates_found = {n: c for n, c in columns.items() if n not in (*own, *table.inputs)}
     computed = sum(n != c and survey.is_computed(c) and not names_rate_sensor(c) for n, c in rates_found.items())
     ignored = sum(not survey.is_computed(r) and r not in rates_found.values() for r in survey.of_role("rate"))

@@ -223,16 +223,19 @@ def no_plant_text(survey: Survey, plant: str) -> str:
     rest = f" Not recognised: {', '.join(left)}." if left else ""
     return (
         f"{survey.file}: {what} {places} and {inputs}; by their names and what they do, {taken}.{integrate}{rest}"
-        + ("" if plant else plant_advice(survey.file, left))
+        + ("" if plant else plant_advice(survey, left))
     )
 
 
-def plant_advice(file: str, left: list[str]) -> str:
+def plant_advice(survey: Survey, left: list[str]) -> str:
     """How to start with a plant that one knows, with a line that says what a column is."""
+    file, driven = survey.file, bool(survey.of_role("position"))
+    first = next((n for n in left if driven or not is_no_place(n)), "...")
+    name = "v_in" if driven else "theta_1" if first in left and survey.base_of(first) == "rad" else "x"
     return (
         f" If you know the plant ({', '.join(plants.KNOWN_PLANTS)}), `wheelpend new FOLDER --from {file} --plant NAME` "
         "writes a model.toml with what fits; under its [columns] a line says what another column is:\n\n"
-        f'v_in = {{ column = "{left[0] if left else "..."}" }}'
+        f'{name} = {{ column = "{first}" }}'
     )
 
 

@@ -14,6 +14,7 @@ from wheelpend.logs.runs import runs_of
 STANDSTILL_BAND_SIGMAS = 6.0  # standard deviations within which a position stays that stands still
 STANDSTILL_BAND_STEPS = 2.01  # steps of a quantised one: the reading next to an edge flickers, the gears give a little
 MIN_STANDSTILL_S = 0.1  # s
+MIN_STANDSTILL_SAMPLES = 6  # that a swing does not spend where it turns
 MIN_CONSTANT_SIGNAL_S = 0.5  # s for which a signal must stay the same to count as constant
 
 
@@ -61,7 +62,7 @@ def standstills(log: Log, noise: Noise, table: ColumnTable) -> dict[str, list[tu
 
 
 def standstill_times(t: np.ndarray, signal: np.ndarray, band: float) -> list[tuple[float, float]]:
-    """Times from and to [s], at least MIN_STANDSTILL_S apart, between which a signal (N,) stays within a band."""
+    """Times from and to [s], some time and a few samples apart, between which a signal (N,) stays within a band."""
     known = np.flatnonzero(np.isfinite(signal))
     t, values, found, first = t[known], signal[known].tolist(), [], 0
     low = high = values[0] if values else 0.0
@@ -69,7 +70,7 @@ def standstill_times(t: np.ndarray, signal: np.ndarray, band: float) -> list[tup
         if k < len(values) and max(high, values[k]) - min(low, values[k]) <= band:
             low, high = min(low, values[k]), max(high, values[k])
             continue
-        if t[k - 1] - t[first] >= MIN_STANDSTILL_S:
+        if t[k - 1] - t[first] >= MIN_STANDSTILL_S and k - first >= MIN_STANDSTILL_SAMPLES:
             found.append((float(t[first]), float(t[k - 1])))
         first = min(k, len(values) - 1)
         low = high = values[first]

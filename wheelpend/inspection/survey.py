@@ -25,8 +25,9 @@ from wheelpend.inspection.column_names import (
     may_be_sensor,
     stated_base,
     stated_factor,
+    stated_unit,
 )
-from wheelpend.inspection.counters import counter_sentence
+from wheelpend.inspection.counters import copies_among, counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
 from wheelpend.inspection.kinematics import RatePair, rate_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
@@ -129,6 +130,8 @@ def survey_file(path: Path) -> Survey:
     clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
     if clock is None and likely:
         check_time(path.name, values[likely])  # says in which row it does not grow
+    if clock is None and (stamped := next((n for n, v in values.items() if only_repeats(v)), "")):
+        check_time(path.name, values[stamped])
     if clock is None:
         raise Failure(f"{path.name}: one column must be the time, growing from row to row; none of {', '.join(values)} "
                       "does. Sort the rows, or add the times.")  # fmt: skip
@@ -136,6 +139,7 @@ def survey_file(path: Path) -> Survey:
     check_time(path.name, raw)
     t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1]
     counters = {n: text for n, v in values.items() if (text := beside_clock(n, v, t))}
+    counters |= copies_among({n: v for n, v in values.items() if n not in counters}, stated_unit)
     log = analysed(path.name, t, moving_columns(path, {n: v for n, v in values.items() if n not in counters}))
     moving = dict(zip(log.channels, log.measured.T, strict=True))
     signals = uniform_signals(log, "", in_range=False, all_needed=False)
@@ -188,6 +192,7 @@ def roles_of(
     ranges of samples that follow each other without a gap.
     """
     places = [n for n in values if is_place(values[n], ranges)]
+    places = places or [n for n in values if is_called_place(n) and len(np.unique(values[n])) >= MIN_PLACES]
     roles: dict[str, tuple[str, str]] = dict.fromkeys(inputs_among(list(values)), ("input", ""))
     seldom = {n for n in values if signals is not None and n not in signals.channels}
     free = [n for n in values if n not in roles and n not in seldom and may_be_sensor(n)]
@@ -275,6 +280,17 @@ def lead_samples(follower: np.ndarray, leader: np.ndarray) -> int:
         late, early = (follower[k:], leader[: len(leader) - k]) if k >= 0 else (follower[:k], leader[-k:])
         costs[k] = float(np.nanmean((late - early) ** 2))
     return min(costs, key=lambda k: (costs[k], abs(k)))
+
+
+def only_repeats(values: np.ndarray) -> bool:
+    """True of a column (N,) that grows but for rows in which it stays: stamps of rows that arrived together."""
+    steps = np.diff(values)
+    return bool(np.isfinite(values).all() and (steps >= 0).all() and (steps > 0).sum() >= MIN_PLACES)
+
+
+def is_called_place(name: str) -> bool:
+    """True of a column that is a place by its name and unit, however far apart its readings are."""
+    return stated_base(name) in ("rad", "m") and kind_by_name(name) != "rate" and not is_no_place(name)
 
 
 def is_place(values: np.ndarray, ranges: Sequence[tuple[int, int]]) -> bool:

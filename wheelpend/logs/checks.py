@@ -30,9 +30,14 @@ def check_time(log: str, t: np.ndarray) -> None:
     backward = np.flatnonzero(np.diff(t) <= 0)
     if len(backward):
         k = int(backward[0])
+        cure = "Sort the rows and remove repeated ones."
+        if (np.diff(t) >= 0).all():
+            cure = ("If such rows are the same once more, remove them. If they were sampled one after the other and "
+                    "stamped as they arrived, the stamps are no times: number the rows in their place, and state the "
+                    "seconds from row to row as the scale of t in [columns].")  # fmt: skip
         raise Failure(
             f"{log}: t must grow from row to row, but row {k + 2} has {t[k + 1]:.15g} after {t[k]:.15g} in row {k + 1} "
-            f"({len(backward)} such rows). Sort the rows and remove repeated ones."
+            f"({len(backward)} such rows). {cure}"
         )
 
 
