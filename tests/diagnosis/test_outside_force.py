@@ -218,3 +218,15 @@ def test_a_machine_that_rests_until_the_command_begins_is_not_held():
     assert idle_ends(replace(switched, measured=at_rest.measured + noise), HORIZON_S) == []
     silent = np.where(log.t[:, None] < 1.0, np.nan, log.measured)  # a sensor that wakes with the motor
     assert idle_ends(replace(switched, measured=silent), HORIZON_S) == []
+
+
+def test_one_that_comes_to_rest_behind_its_last_command_was_driven_by_it():
+    log = held_log()
+    last = int(np.searchsorted(log.t, 9.0))
+    swung = log.measured.copy()
+    coasts = np.exp(-(log.t - 9.0) / 0.1)[:, None]
+    swung[last:] = swung[last] + (0.5 * (1.0 - coasts))[last:]
+    switched = replace(log, measured=swung, voltage=np.where((log.t > 9.0) | (log.t < 0.02), 0.0, 1.0))
+    assert idle_ends(switched, HORIZON_S) == []
+    goes_on = replace(switched, measured=log.measured)
+    assert [span.begin for span in idle_ends(goes_on, HORIZON_S)] == [pytest.approx(9.01)]

@@ -97,7 +97,7 @@ def idle_ends(log: Log, horizon: float) -> list[Span]:
     """The begin and the end of a log in which it moves for the horizon [s] or longer, and nothing is commanded.
 
     A machine that is held until it is switched on, or caught and switched off, looks so, and a motor without current
-    does not brake.
+    does not brake. One that comes to rest within the horizon behind the last command was driven by it.
     """
     commanded = np.isnan(log.inputs) | (log.inputs != 0.0)  # what is not known may be anything
     active = np.flatnonzero(commanded.any(axis=0))
@@ -105,7 +105,10 @@ def idle_ends(log: Log, horizon: float) -> list[Span]:
         return []
     found = []
     for first, last in ((0, int(active[0])), (int(active[-1]) + 1, len(log))):
-        if last - first > 1 and log.t[last - 1] - log.t[first] >= horizon and _moves(log, first, last):
+        if last - first < 2 or log.t[last - 1] - log.t[first] < horizon:
+            continue
+        coasted = int(np.searchsorted(log.t, log.t[first] + horizon)) if first else 0
+        if _moves(log, coasted, last):
             found.append(Span(float(log.t[first]), float(log.t[last - 1]), 0.0))
     return found
 

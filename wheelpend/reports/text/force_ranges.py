@@ -45,12 +45,17 @@ def missing_force_text(result: Comparison | Diagnosis, quantities: PlantUnits) -
         for missing in result.missing:
             place = f" in {missing.log}" if len(result.missing) > 1 else ""
             for k, row in enumerate(result.problem.module.ROWS):
-                yield _row_force_text(row + " row" + place, missing.force[:, k], missing.sigma[:, k], quantities)
+                own, force, sigma = (
+                    quantities.forces.get(row, quantities.force),
+                    missing.force[:, k],
+                    missing.sigma[:, k],
+                )
+                yield _row_force_text(row + " row" + place, force, sigma, own, quantities)
 
 
-def _row_force_text(place: str, force: np.ndarray, sigma: np.ndarray, quantities: PlantUnits) -> str:
-    unit = "" if quantities.force == "1" else f" {quantities.force}"
+def _row_force_text(place: str, force: np.ndarray, sigma: np.ndarray, own: str, quantities: PlantUnits) -> str:
+    unit = "" if own == "1" else f" {own}"
     rms = float(np.sqrt(np.mean(force**2)))
-    physical = physical_text(rms, quantities.force, quantities, 3)
+    physical = physical_text(rms, own, quantities, 3)
     size = f"{digits_text(rms, 3)}{unit}" + (f" = {physical}" if physical else "") + " rms"
     return f"  Missing force on the {place}: {size}, known to ± {digits_text(float(np.mean(sigma)), 2)}{unit}."
