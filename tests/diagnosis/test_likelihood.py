@@ -241,13 +241,15 @@ def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: flo
         return SimpleNamespace(deviance=likely, problem=problem)
 
     def instead():
-        return one_round.Round((found([rival], "effect_missing", 9.0),), model(deviance))
+        if not rival:
+            return None
+        return one_round.Round((found([rival], "effect_missing", 9.0),), model(1000.0), model(deviance))
 
     def a_round(before, added, goes_on, progress):
         if not added:
-            return one_round.Round((found([first], "effect_missing", 9.0),), model(500.0), instead=instead)
+            return one_round.Round((found([first], "effect_missing", 9.0),), before, model(500.0), instead=instead)
         last = found([], rest, 5.0) if added == [first] else found([], "nothing_missing", error)
-        return one_round.Round((last,), None)
+        return one_round.Round((last,), model(0.5 * before.deviance), None)  # led out of a minimum
 
     monkeypatch.setattr(search, "one_round", a_round)
     rounds = search.rounds_from(model(1000.0), lambda rounds: len(rounds) > 3, lambda text: None)
@@ -268,6 +270,11 @@ def test_a_rival_of_an_effect_is_tried_where_the_search_ends_with_something_unex
 ):
     effects, verdict = with_rounds_of(monkeypatch, "coulomb_drive", rest, "load_friction", deviance, error)
     assert (effects, verdict) == ([ends_with[0]], ends_with[1])
+
+
+def test_where_no_rival_can_stay_the_search_is_what_it_was(monkeypatch):
+    effects, verdict = with_rounds_of(monkeypatch, "coulomb_drive", "unexplained", "", 400.0, 4.0)
+    assert (effects, verdict) == (["coulomb_drive"], "unexplained")
 
 
 def searched_where_nothing_lowers(monkeypatch, without=OTHERS):

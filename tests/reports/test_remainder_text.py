@@ -12,12 +12,17 @@ from wheelpend.diagnosis.likelihood.repeatability import FORCE_KIND, READING_KIN
 from wheelpend.diagnosis.likelihood.resonance import Resonance
 from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.diagnosis.structures import Structure
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError
 from wheelpend.identification.widening import Widening
+from wheelpend.model.units import plant_units_of
+from wheelpend.reports.text.effect_sizes import moved_size_text
+from wheelpend.reports.text.force_ranges import missing_force_text
 from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences, widening_sentences
 from wheelpend.reports.text.unexplained import unexplained_sentences
 from wheelpend.reports.text.verdict import (
     MOSTLY_CHANCE_SENTENCE,
+    UNCERTAIN_SENTENCE,
     closing_sentence,
     repeating_text,
     verdict_beside_force_text,
@@ -169,6 +174,10 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     known = (Structure(("slope",), 0.7), Structure((), 0.3))
     probable = said(tried("slope", 30.0), tried("viscous_drive", 8.0), structures=known)
     assert "The likeliest is slope (70 % in all)" in probable and "With viscous_drive" not in probable
+    both = (Structure(("slope",), 0.4), Structure(("viscous_drive", "slope"), 0.6))
+    assert "The likeliest is slope (100 % in all)" in said(
+        tried("viscous_drive", 8.0), tried("slope", 9.0), structures=both
+    )
 
 
 def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
@@ -179,3 +188,38 @@ def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
     ladder = SimpleNamespace(verdict="unexplained", last=last, repeats=(), remainder=last.remainder)
     assert unexplained_sentences(ladder) == [MOSTLY_CHANCE_SENTENCE]
     assert unexplained_sentences(SimpleNamespace(**{**vars(ladder), "verdict": "nothing_missing"})) == []
+
+
+def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
+    def said(share, *, by_likelihood=True, error=35.0):
+        last = SimpleNamespace(
+            by_likelihood=by_likelihood, named=(), remainder=Remainder({"wheel": force(share=share)}), refitted=(),
+            error=error, noise_floor=1.0, structures=(),
+            problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
+        )  # fmt: skip
+        return closing_sentence(SimpleNamespace(verdict="unexplained", last=last))
+
+    assert said(0.8).startswith("Most of the motion is still left to chance.")
+    assert said(0.2).startswith("Something is still missing that no effect of the library accounts for.")
+    assert said(0.2, by_likelihood=False, error=1.01) == UNCERTAIN_SENTENCE  # sensor noise is reached
+    assert said(0.2, by_likelihood=False) == "Something is still missing that no effect of the library accounts for."
+
+
+def test_a_step_that_the_final_fit_moved_says_what_it_is_there():
+    step = SimpleNamespace(effect="slope", estimates={"angle": Estimate(0.03, 0.001, "rad")})
+
+    def told(final):
+        return moved_size_text(step, SimpleNamespace(parameters={"slope.angle": Estimate(final, 0.002, "rad")}))
+
+    assert told(0.0309) == "" and told(0.035) == "In the final fit: angle 0.035 ± 0.002 rad."
+
+
+def test_the_missing_force_on_a_row_has_the_unit_of_that_row():
+    model = Model.parse('plant = "cart_pole"\n[input]\nunit = "N"\n')
+    missing = SimpleNamespace(force=np.ones((10, 2)), sigma=np.full((10, 2), 0.1), log="")
+    where = [SimpleNamespace(row="cart", state="x", low=0.0, high=1.0, share=0.9)]
+    problem = SimpleNamespace(module=SimpleNamespace(ROWS=("cart", "pole")))
+    said = list(
+        missing_force_text(SimpleNamespace(where=where, problem=problem, missing=[missing]), plant_units_of(model))
+    )
+    assert "on the cart row: 1 N rms" in said[-2] and "on the pole row: 1 N m rms" in said[-1]

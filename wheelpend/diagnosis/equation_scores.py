@@ -21,13 +21,12 @@ from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.regressor import acting_input, free_decay
 from wheelpend.estimation.starts import MAX_START_SAMPLES, start_time_constants
 from wheelpend.estimation.state_reconstruction import measured_states
-from wheelpend.estimation.step_size import fastest_rate
 from wheelpend.kernels.load import released_coordinates
 from wheelpend.logs.commands import longest_known_part
 from wheelpend.logs.log import Log
 
-MAX_RATE_IN_STEP = 1.0  # of the fastest motion times the integrator's step, which is stable up to 2.8
-MAX_DOUBLINGS = 12  # of inertias
+MAX_DOUBLINGS = 12  # of what came out at zero, until it can be simulated
+MAX_TRIED_SAMPLES = 2_000  # of a log, over which that is tried
 LEADER_COUNT = 3  # effects that leave least of the equations, which are refitted whatever other scores say
 
 
@@ -147,15 +146,16 @@ def _with_some_of_each(
 ) -> dict[str, float]:
     """A solution in which parameters of the plant that came out at zero have a small share of what acts.
 
-    A machine without inertia cannot be simulated; so there is so much of it that steps of the integrator resolve the
-    fastest motion. In a log of few samples friction stops a fast machine within each, and its inertia hardly shows.
+    A machine without inertia cannot be simulated; so there is so much of it that the integrator follows the log with
+    its steps. In a log of few samples friction stops a fast machine within each, and its inertia hardly shows.
     """
+    module, log = problem.module, problem.logs[0].part(0, min(len(problem.logs[0]), MAX_TRIED_SAMPLES))
     norms = dict(zip(found, np.maximum(np.linalg.norm(columns, axis=0), SMALLEST_NORM), strict=True))
     least = MIN_PARAMETER_RATIO * max(norms[n] * abs(v) for n, v in found.items())
-    values = dict(found)
-    for k in range(MAX_DOUBLINGS):
-        values |= {n: float(2.0**k * least / norms[n]) for n in lost}
-        parameters = kernel_parameters(problem.module, values, problem.logs[0])
-        if fastest_rate(problem.module, parameters) * problem.max_step < MAX_RATE_IN_STEP:
-            break
-    return values
+    trials = [{**found, **{n: float(2.0**k * least / norms[n]) for n in lost}} for k in range(MAX_DOUBLINGS)]
+    start = measured_states(module, log)[0]
+    for values in trials:
+        parameters = kernel_parameters(module, values, log)
+        if np.isfinite(module.simulate(log.t, log.known_voltage, start, parameters, problem.max_step)).all():
+            return values
+    return trials[0]

@@ -185,7 +185,7 @@ def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
     A machine at rest follows hardly any law, and tells none from another. What moves for less than three times the
     horizon [s] is not divided.
     """
-    first, third = _first_usable(log), _last_third(log)
+    first, third = log.first_usable, _last_third(log)
     rest = rest_begin(log, noise.sigma)
     stands_still = len(log) - rest > MAX_STILL_SHARE * (len(log) - third)
     moves = log.t[min(rest, len(log) - 1)] - log.t[first] >= MIN_MOVING_HORIZONS * horizon
@@ -193,14 +193,8 @@ def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
 
 
 def _last_third(log: Log) -> int:
-    """The first sample of the last third of what is used of a log: a time in which it is held is left out."""
-    first = _first_usable(log)
-    return first + (len(log) - first) * 2 // 3
-
-
-def _first_usable(log: Log) -> int:
-    """The first sample that is not left out."""
-    return log.stretches[0].begin if log.stretches else 0
+    """The first sample of the last third of what follows a log's first usable one, before which it may be held."""
+    return log.first_usable + (len(log) - log.first_usable) * 2 // 3
 
 
 def _stillness_warnings(validation: Sequence[ValidationData], words: PlantWords) -> list[str]:
@@ -216,8 +210,7 @@ def _stillness_warnings(validation: Sequence[ValidationData], words: PlantWords)
 
 def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: PlantWords) -> ValidationData:
     """A validation log's segments, with its first third for the calibration of its per-log parameters."""
-    first = _first_usable(log)
-    split = first + (len(log) - first) // 3
+    split = log.first_usable + (len(log) - log.first_usable) // 3
     judged = _segments_of_log(log, noise, horizon, split, len(log), words)
     return ValidationData(judged, None, _segments_of_log(log, noise, horizon, 0, split, words))
 

@@ -20,14 +20,9 @@ DIFFERENCE_STEP = 1e-3  # rad or rad/s
 def stable_step(module: KernelModule, values: Mapping[str, float], log: Log) -> float:
     """Step [s] of the integrator, a quarter of the inverse of the fastest rate; of effects only inner forces count."""
     internal = {n: values[n] for n in module.INTERNAL if n in values}
-    fastest = fastest_rate(module, kernel_parameters(module, plant_values(module, values) | internal, log))
+    matrix = linearised_motion(module, kernel_parameters(module, plant_values(module, values) | internal, log))
+    fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else UNKNOWN_RATE
     return float(np.clip(STEP_PER_TIME_CONSTANT / max(fastest, 1e-9), *STEP_LIMITS_S))
-
-
-def fastest_rate(module: KernelModule, parameters: np.ndarray) -> float:
-    """Rate [1/s] of the fastest motion near rest."""
-    matrix = linearised_motion(module, parameters)
-    return float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else UNKNOWN_RATE
 
 
 def linearised_motion(module: KernelModule, parameters: np.ndarray) -> np.ndarray:

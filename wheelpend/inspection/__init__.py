@@ -9,8 +9,8 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
   `gravity` where an angle hangs, `angle_unit` whether it is in degrees, `guesses` of units that no name states,
   `proposal` writes the model.toml
 - file_values: the numbers of a file's columns without a model; column_names: what their names state;
-  unnamed_columns: commands and batteries whose names say nothing; counters: those that only count rows or tell the time
-  once more
+  unnamed_columns: commands and batteries whose names say nothing; counters: those that only count rows, tell the time
+  once more, or are another one times a factor
 - findings: `Finding`, and the corrections that cure a log
 - signals: a log on a uniform grid, smoothed derivatives, and scans over time shifts
 - kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, a rate against its angle

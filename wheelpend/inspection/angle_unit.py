@@ -9,6 +9,7 @@ import numpy as np
 from wheelpend.inspection.gravity import MIN_GRAVITY_GAIN, carried_weight_misfit, gravity_misfit
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN, Signals
 
+A_TURN_DEG = 360.0
 MIN_BACKLASH_SHARE = 0.1  # of its range, by which an angle goes back where it turns
 MIN_TURNING_POINTS = 3
 MAX_CARRIED_SHARE = 0.3  # of an input that gravity leaves of what it carries: else it is something else
@@ -31,6 +32,15 @@ def turning_points(angle: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
+def longest_swing(angle: np.ndarray) -> float:
+    """How far an angle (N,) goes, at most, from where it turned back; 0 of one that never did."""
+    points = turning_points(angle)
+    if not points.size:
+        return 0.0
+    behind = angle[np.flatnonzero(angle == points[-1])[-1] :]
+    return float(max(np.abs(np.diff(points)).max(initial=0.0), np.nanmax(np.abs(behind - points[-1]))))
+
+
 def swings_beyond_a_turn(angle: np.ndarray) -> bool:
     """True of an angle (N,) [rad] that swings to and fro over more than a turn: nothing that hangs does so.
 
@@ -44,8 +54,13 @@ def is_small_swing(angle: np.ndarray, signals: Signals | None, place: str, input
     """True of what swings freely over a wide range (N,) as a small angle does: a length, or counts, and no angle.
 
     Gravity pulls an angle back by its sine, and a way by itself: over tens of degrees that is another acceleration.
+    And in degrees too nothing that hangs swings over more than a turn from where it turned back.
     """
-    if inputs or signals is None or np.nanmax(angle) - np.nanmin(angle) < 2 * math.pi:
+    if inputs or np.nanmax(angle) - np.nanmin(angle) < 2 * math.pi:
+        return False
+    if longest_swing(angle) > A_TURN_DEG:
+        return True
+    if signals is None:
         return False
     units = (1.0, DEGREES_PER_RADIAN, SMALL_UNIT)
     in_rad, in_degrees, small = (gravity_misfit(signals, place, inputs, unit) for unit in units)
@@ -56,9 +71,7 @@ def is_in_degrees(angle: np.ndarray, signals: Signals | None, place: str, inputs
     """Why an angle (N,) that states no unit is in degrees; nothing of one that may be in rad."""
     known = angle[np.isfinite(angle)]
     free = not inputs
-    if is_small_swing(angle, signals, place, inputs):
-        return ""
-    if free and swings_beyond_a_turn(known) and float(np.ptp(turning_points(known))) < 360.0:
+    if free and swings_beyond_a_turn(known) and float(np.ptp(turning_points(known))) < A_TURN_DEG:
         points = turning_points(known)
         return (f"it swings from {points.min():.3g} to {points.max():.3g} and back: in rad it would turn over, in "
                 "degrees it would not")  # fmt: skip

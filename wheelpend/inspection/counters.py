@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 MAX_COPY_DEVIATION = 2e-4  # of its largest value, by which a column is off another one times a factor
+MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
 
 
@@ -27,16 +28,27 @@ def counter_sentence(name: str, values: np.ndarray, t: np.ndarray) -> str:
 
 
 def copies_among(values: Mapping[str, np.ndarray], states_unit: Callable[[str], object]) -> dict[str, str]:
-    """Columns (N,) that are another one times a factor, with a sentence on it; those that state a unit are kept."""
+    """Columns (N,) that are another one times a factor, with a sentence on it.
+
+    Of two the one that states a unit is kept. Not where the factor is 1, or minus that: two motors may have the same
+    command.
+    """
     found: dict[str, str] = {}
     moving = [n for n, v in values.items() if np.isfinite(v).all() and np.ptp(v) > 0.0]
     for a, b in combinations(sorted(moving, key=lambda n: not states_unit(n)), 2):
-        if a in found or b in found:
+        if a in found or b in found or (states_unit(a) and states_unit(b)):
             continue
-        factor = float(values[a] @ values[b]) / float(values[a] @ values[a])
-        if np.abs(values[b] - factor * values[a]).max() < MAX_COPY_DEVIATION * np.abs(values[b]).max():
+        every = max(1, len(values[a]) // MAX_COMPARED_SAMPLES)
+        factor = _factor_between(values[a][::every], values[b][::every]) and _factor_between(values[a], values[b])
+        if factor and abs(abs(factor) - 1.0) > MAX_COPY_DEVIATION:
             found[b] = f"{b} is {factor:.4g} times {a} throughout: the same once more, and left out."
     return found
+
+
+def _factor_between(one: np.ndarray, other: np.ndarray) -> float:
+    """The factor by which values (N,) are other ones; 0 where they are not."""
+    factor = float(one @ other) / (float(one @ one) or 1.0)
+    return factor if np.abs(other - factor * one).max() < MAX_COPY_DEVIATION * np.abs(other).max() else 0.0
 
 
 def deviation_from_line(x: np.ndarray, y: np.ndarray) -> float:

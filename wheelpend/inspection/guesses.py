@@ -88,7 +88,8 @@ def guess_place(
     A way ``beside_angle``, a cart's beside its pole, is one: along a slide it may be what its motor's shaft turns.
     """
     counting = is_counting(column) and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
-    if own == "rad" and not counting and is_small_swing(values, survey.longest, column, inputs):
+    alone = len(survey.of_role("position")) == 1 and survey.base_of(column) != "rad"
+    if own == "rad" and alone and not counting and is_small_swing(values, survey.longest, column, inputs):
         said = ("a way, for gravity pulls it back by itself and not by a sine: mm of a pendulum of 1 m, put 0.001 / "
                 "its length in m in the place of this scale")  # fmt: skip
         return guess_counts(column, values, own) if is_whole(values) else Guess(ColumnMap(column, scale=0.001), said)

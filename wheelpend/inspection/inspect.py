@@ -14,14 +14,14 @@ from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs, with_settings
 from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
 from wheelpend.inspection.sampling import find_sampling_faults
-from wheelpend.inspection.signals import MIN_ANALYSED_SAMPLES, channel_values
+from wheelpend.inspection.signals import channel_values, uniform_signals
 from wheelpend.inspection.standstill import constant_signal_times, find_gaps, find_no_excitation, standstills
 from wheelpend.inspection.wiring import find_faults
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable
 from wheelpend.logs.guess import guess_column_maps
-from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, REST_SHARE, Log
 from wheelpend.logs.noise import Noise, find_quantum, sensor_noise
 from wheelpend.logs.outliers import Outliers, outlier_sentences, outliers_of, without_outliers
 from wheelpend.logs.read import load_log
@@ -45,7 +45,7 @@ class Inspection:
     proposal: str  # lines for model.toml that would cure the findings; empty when there is nothing to propose
     sensors: str = ""  # lines for model.toml that say what the sensors are like, by this log
     stand_still: dict[str, list[tuple[float, float]]] = field(default_factory=dict)  # from, to [s] by channel
-    untested: str = ""  # why nothing could be concluded on signs and clocks
+    untested: bool = False  # True where nothing can be concluded on signs and clocks
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -115,7 +115,7 @@ def inspect_log(
         proposal=corrections.text(),
         sensors=sensors_section_text(log, noise, table, corrections),
         stand_still=standstills(log, noise, table),
-        untested="" if len(log) >= MIN_ANALYSED_SAMPLES else f"{MIN_ANALYSED_SAMPLES} samples would be needed",
+        untested=uniform_signals(log, table.input, in_range=False) is None,
     )
 
 
@@ -207,12 +207,25 @@ def filter_findings(noise: Noise) -> list[Finding]:
     return [Finding("filtered", remark.split()[0], remark, "", None) for remark in noise.remarks]
 
 
-def commanded_between(log: Log, times: Sequence[tuple[float, float]]) -> bool:
-    """True where a machine is driven in one of some times [s], or nothing drives it at all."""
-    inputs = log.inputs
+def rests_without_command(log: Log, name: str, times: Sequence[tuple[float, float]]) -> bool:
+    """True of a machine with a motor that does nothing in some times [s], in which no other channel than one moves."""
+    inputs, others = log.inputs, [c for c in log.channels if c != name]
     if not np.any(inputs[np.isfinite(inputs)]):
-        return True
-    return any(np.any(inputs[:, (log.t >= begin) & (log.t < end)]) for begin, end in times)
+        return False
+    within = [(log.t >= begin) & (log.t < end) for begin, end in times]
+    whole = {
+        c: REST_SHARE * np.ptp(v[np.isfinite(v)]) for c in others if np.isfinite(v := channel_values(log, c)).any()
+    }
+    return not any(
+        np.any(inputs[:, now])
+        or any(np.ptp(known) > band for c, band in whole.items() if (known := _known(log, c, now)).size)
+        for now in within
+    )
+
+
+def _known(log: Log, name: str, now: np.ndarray) -> np.ndarray:
+    values = channel_values(log, name)[now]
+    return values[np.isfinite(values)]
 
 
 def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]], table: ColumnTable) -> list[Finding]:
@@ -224,7 +237,7 @@ def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]]
         event = known or f"{name} repeats one value"
         sentence = f"{event} for {total:.3g} s in all, the longest time {end - begin:.3g} s from t = {begin:.6g} s."
         cure = "Little can be learnt from such stretches; if the machine did move, check this sensor."
-        if not commanded_between(log, times):
+        if rests_without_command(log, name, times):
             cure = "Nothing is commanded then, and little can be learnt from such stretches."
         found.append(Finding("stand_still", name, sentence, cure, total))
     return found

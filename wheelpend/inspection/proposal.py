@@ -133,7 +133,9 @@ def missing_columns(survey: Survey, best: Candidate) -> dict[str, str]:
 
 def left_over(survey: Survey, used: Collection[str]) -> list[str]:
     """The columns of a file that change, tell more than the time, and are not used."""
-    return [c.name for c in survey.columns if c.name not in used and c.role not in ("time", "counter", "constant")]
+    return [
+        c.name for c in survey.columns if c.name not in used and c.role not in ("time", "counter", "copy", "constant")
+    ]
 
 
 def counted_channels(survey: Survey, best: Candidate) -> list[str]:
@@ -152,7 +154,7 @@ def guess_comments(guesses: Mapping[str, str]) -> dict[str, str]:
 
 def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
     """Reading at which a position hangs [rad], in degrees or rad as it looks; None where no gravity shows, or a way."""
-    if is_small_swing(survey.values[place], survey.signals, place, inputs):
+    if survey.base_of(place) != "rad" and is_small_swing(survey.values[place], survey.signals, place, inputs):
         return None
     unit = DEGREES_PER_RADIAN if looks_like_degrees(survey, place) else 1.0
     return gravity_zero(survey.signals, place, inputs, unit)
@@ -229,9 +231,9 @@ def no_plant_text(survey: Survey, plant: str) -> str:
 
 def plant_advice(survey: Survey, left: list[str]) -> str:
     """How to start with a plant that one knows, with a line that says what a column is."""
-    file, driven = survey.file, bool(survey.of_role("position"))
-    first = next((n for n in left if driven or not is_no_place(n)), "...")
-    name = "v_in" if driven else "theta_1" if first in left and survey.base_of(first) == "rad" else "x"
+    file, has_place = survey.file, bool(survey.of_role("position"))
+    first = next((n for n in left if has_place or not is_no_place(n)), "...")
+    name = "v_in" if has_place else "theta_1" if first in left and survey.base_of(first) == "rad" else "x"
     return (
         f" If you know the plant ({', '.join(plants.KNOWN_PLANTS)}), `wheelpend new FOLDER --from {file} --plant NAME` "
         "writes a model.toml with what fits; under its [columns] a line says what another column is:\n\n"
@@ -260,7 +262,7 @@ def role_sentences(survey: Survey, best: Candidate) -> list[str]:
         for c in survey.columns
         if c.role == "further" and c.name not in used
     ]
-    found += [c.remark for c in survey.columns if c.role == "counter"]
+    found += [c.remark for c in survey.columns if c.role in ("counter", "copy")]
     found += [f"{c.name} {constant_words(c, best)}" for c in survey.columns if c.role == "constant"]
     return found + [f"{n} = {v:.6g} is a constant beside the columns." for n, v in survey.scalars.items()]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -66,7 +66,7 @@ class FileColumn(NamedTuple):
     """A column of a file: what it is taken for, and why."""
 
     name: str
-    role: str  # time, input, position, rate, reference, supply, constant, counter, further
+    role: str  # time, input, position, rate, reference, supply, constant, counter, copy, further
     of: str  # the position of a rate or a reference
     minimum: float
     maximum: float
@@ -130,27 +130,27 @@ def survey_file(path: Path) -> Survey:
     clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
     if clock is None and likely:
         check_time(path.name, values[likely])  # says in which row it does not grow
-    if clock is None and (stamped := next((n for n, v in values.items() if only_repeats(v)), "")):
-        check_time(path.name, values[stamped])
     if clock is None:
         raise Failure(f"{path.name}: one column must be the time, growing from row to row; none of {', '.join(values)} "
-                      "does. Sort the rows, or add the times.")  # fmt: skip
+                      f"does. {times_cure(values)}")  # fmt: skip
     raw = values.pop(clock.column)
     check_time(path.name, raw)
     t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1]
     counters = {n: text for n, v in values.items() if (text := beside_clock(n, v, t))}
-    counters |= copies_among({n: v for n, v in values.items() if n not in counters}, stated_unit)
-    log = analysed(path.name, t, moving_columns(path, {n: v for n, v in values.items() if n not in counters}))
+    copies = copies_among({n: v for n, v in values.items() if n not in counters}, stated_unit)
+    no_reading = counters | copies
+    log = analysed(path.name, t, moving_columns(path, {n: v for n, v in values.items() if n not in no_reading}))
     moving = dict(zip(log.channels, log.measured.T, strict=True))
     signals = uniform_signals(log, "", in_range=False, all_needed=False)
     roles = roles_of(moving, signals, gapless_ranges(log, 0, len(t)))
-    roles |= dict.fromkeys(counters, ("counter", "")) | held_inputs(values, moving, roles)
+    roles |= dict.fromkeys(counters, ("counter", "")) | dict.fromkeys(copies, ("copy", ""))
+    roles |= held_inputs(values, moving, roles)
     columns = [column_of(clock.column, "time", "", raw, "")]
     for name, v in values.items():
         role, of = roles.get(name, ("constant", ""))
         remark = rate_remark(moving[of], moving[name], t) if role == "rate" else ""
         remark = step_remark(find_quantum(v) * stated_factor(name)) if role == "position" else remark
-        remark = counters.get(name, remark)
+        remark = no_reading.get(name, remark)
         remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
     return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path), all_signals(log))
@@ -282,10 +282,15 @@ def lead_samples(follower: np.ndarray, leader: np.ndarray) -> int:
     return min(costs, key=lambda k: (costs[k], abs(k)))
 
 
-def only_repeats(values: np.ndarray) -> bool:
-    """True of a column (N,) that grows but for rows in which it stays: stamps of rows that arrived together."""
-    steps = np.diff(values)
-    return bool(np.isfinite(values).all() and (steps >= 0).all() and (steps > 0).sum() >= MIN_PLACES)
+def times_cure(values: Mapping[str, np.ndarray]) -> str:
+    """What to do about a file in which no column grows from row to row."""
+    for name, stamps in values.items():
+        steps = np.diff(stamps)
+        if np.isfinite(stamps).all() and (steps >= 0).all() and (steps > 0).sum() >= MIN_PLACES:
+            return (f"{name} grows, but stays the same in {np.count_nonzero(steps == 0)} rows: if it is when rows "
+                    "arrived, that were sampled one after the other, number the rows in its place; else add the "
+                    "times.")  # fmt: skip
+    return "Sort the rows, or add the times."
 
 
 def is_called_place(name: str) -> bool:

@@ -180,11 +180,16 @@ class Log(NotebookResult):
             warm_up *= 0.5
         return warm_up if warm_up > self.dt else 0.0
 
+    @property
+    def first_usable(self) -> int:
+        """The first sample that is not left out."""
+        return self._gapless_ranges[0][0] if self._gapless_ranges else 0
+
     def _lost_share(self, warm_up: float) -> float:
         """Share of the usable samples that a warm-up [s] takes, of all or of those in the first third."""
         ranges = np.array(self._gapless_ranges, dtype=np.int64).reshape(-1, 2)
         ends = np.array([_settled(self, a, b, warm_up) for a, b in ranges.tolist()], dtype=np.int64)
-        first, shares = int(ranges[0, 0]) if len(ranges) else 0, [0.0]
+        first, shares = self.first_usable, [0.0]
         for until in (first + (len(self) - first) // 3, len(self)):
             begin, settled, end = (np.minimum(x, until) for x in (ranges[:, 0], ends, ranges[:, 1]))
             shares.append(float((settled - begin).sum() / max((end - begin).sum(), 1)))

@@ -48,6 +48,7 @@ class Round(NamedTuple):
     """What one round of the search adds, and the model with it."""
 
     found: tuple[Diagnosis, ...]  # one for each effect that is added, or one that has none
+    judged: FilteredModel  # the model that they are about, as likely as its refits made it
     larger: FilteredModel | None  # None where there is nothing to add
     displaced: str = ""  # effect that was added before, and in whose place another one is likelier
     instead: Callable[[], Round | None] | None = None  # the round of a rival that the first effect does not lead
@@ -74,7 +75,7 @@ def one_round(
     named = not_led(able, judged)
     stand_ins = _effects_of(able) - _effects_of(named)
     worth = _effects_of(j for j in judged if j.improves(base.validated.error)) - stand_ins
-    one = _round_of_supported(base, most_telling_first(named), judged, worth, added, progress)
+    one = _round_of_supported(base, most_telling_first(named), (), judged, worth, added, progress)
     if one:
         return one
     pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
@@ -88,15 +89,19 @@ def one_round(
 def _round_of_supported(
     base: JudgedModel,
     supported: Sequence[Judged],
+    others: Sequence[Judged],
     judged: Sequence[Judged],
     worth: Collection[str],
     added: Collection[str],
     progress: Progress,
 ) -> Round | None:
-    """A round that adds the first of the supported effects that can stay, once fitted to its end; None without one."""
+    """A round that adds the first of the supported effects that can stay, once fitted to its end; None without one.
+
+    ``others`` are supported too, and named behind them.
+    """
     tests = _single_tests(base.model)
     for k, one in enumerate(supported):
-        effect, behind = one.candidate.effect, supported[k + 1 :]
+        effect, behind = one.candidate.effect, [*supported[k + 1 :], *others]
         progress(f"settling {effect}")
         larger = settled(one.model)
         ended = judge(base, larger, effect, tests)
@@ -106,9 +111,9 @@ def _round_of_supported(
         known = [first if j.candidate.effect == effect else j for j in judged]
         found = _diagnosis(base, [first, *behind], _with_evidence_of(worth, known), progress)
         rivals = [j for j in behind if _is_rival(j, one)]
-        behind = [first, *(j for j in behind if not _is_rival(j, one))]
-        instead = partial(_round_of_supported, base, [*rivals, *behind], known, worth, added, progress)
-        return Round((found,), larger, instead=instead if rivals else None)
+        rest = [first, *(j for j in behind if not _is_rival(j, one))]
+        instead = partial(_round_of_supported, base, rivals, rest, known, worth, added, progress)
+        return Round((found,), base.model, larger, instead=instead if rivals else None)
     return None
 
 
@@ -157,9 +162,9 @@ def _last_round(base: JudgedModel, judged: Sequence[Judged], worth: set[str], pr
     accounting = most_telling_first(not_led(small, judged)) if _repeats(found) else []
     if accounting and (larger := _without_rest(accounting[0], progress)):
         told = _with_evidence_of(worth | _effects_of(accounting), judged)
-        return Round((_diagnosis(base, accounting, told, progress),), larger)
+        return Round((_diagnosis(base, accounting, told, progress),), base.model, larger)
     lines = negligible_sentences([j.candidate for j in small], "the error and the random force")
-    return Round((replace(found, warnings=(*found.warnings, *lines)),), None)
+    return Round((replace(found, warnings=(*found.warnings, *lines)),), base.model, None)
 
 
 def _repeats(found: Diagnosis) -> bool:
@@ -204,7 +209,7 @@ def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], added: Collection[
         _diagnosis(pair.base, [first], [first, *others], progress),
         _diagnosis(pair.with_first, [second], [second], progress),
     )
-    return Round(found, larger if _can_stay(larger, pair.base.model, added) else None)
+    return Round(found, pair.base.model, larger if _can_stay(larger, pair.base.model, added) else None)
 
 
 def _can_stay(larger: FilteredModel, model: FilteredModel, added: Collection[str]) -> bool:

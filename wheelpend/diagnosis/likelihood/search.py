@@ -36,7 +36,8 @@ class Path(NamedTuple):
     """Rounds one after the other, and where the search might have gone another way."""
 
     rounds: Rounds
-    model: FilteredModel  # that the last of them judged
+    begun: FilteredModel  # where they began, without the effects that were needless
+    judged: FilteredModel  # the model of the last of them
     needless: str = ""  # the first effect that they made needless
     fork: tuple[Rounds, Callable[[], Round | None]] | None = None  # the first rounds, and another one behind them
 
@@ -85,9 +86,9 @@ def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progres
     other = instead()
     if other is None:
         return path.rounds
-    rival = _to_the_end(model, before, other, is_done, progress)
+    rival = _to_the_end(path.begun, before, other, is_done, progress)
     worse = rival.rounds[-1].error > path.rounds[-1].error
-    return path.rounds if worse or rival.model.deviance >= path.model.deviance else rival.rounds
+    return path.rounds if worse or rival.judged.deviance >= path.judged.deviance else rival.rounds
 
 
 def _to_the_end(
@@ -125,7 +126,7 @@ def _forward(
     model: FilteredModel, before: Rounds, begun: Round | None, is_done: Callable[[Rounds], bool], progress: Progress
 ) -> Path:
     """Rounds until there is nothing to add or they are enough, from a model on, or from a round behind others."""
-    rounds, fork = [*before], None
+    rounds, fork, start = [*before], None, model
 
     def goes_on(found: Sequence[Diagnosis]) -> bool:
         return not is_done([*rounds, *found])
@@ -136,17 +137,17 @@ def _forward(
             fork = [*rounds], here.instead
         begun = None
         if here.larger is None:
-            return Path([*rounds, *here.found], model, here.displaced, fork)
+            return Path([*rounds, *here.found], start, here.judged, here.displaced, fork)
         for one in here.found:
             rounds.append(one)
             if is_done(rounds):
-                return Path(rounds, model, fork=fork)
+                return Path(rounds, start, here.judged, fork=fork)
             best = one.named[0]
             progress(f"added {best.effect}: {best.held_out_gain:.4g} nats likelier on held-out data")
         model, added = here.larger, [r.named[0].effect for r in rounds[:-1]]
         for effect in (e for e in added if e in model.problem.model.effects):
             if _is_needless(model, effect):
-                return Path(rounds, model, effect, fork)
+                return Path(rounds, start, here.judged, effect, fork)
 
 
 def _is_needless(model: FilteredModel, effect: str) -> bool:

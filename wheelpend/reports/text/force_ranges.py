@@ -45,12 +45,8 @@ def missing_force_text(result: Comparison | Diagnosis, quantities: PlantUnits) -
         for missing in result.missing:
             place = f" in {missing.log}" if len(result.missing) > 1 else ""
             for k, row in enumerate(result.problem.module.ROWS):
-                own, force, sigma = (
-                    quantities.forces.get(row, quantities.force),
-                    missing.force[:, k],
-                    missing.sigma[:, k],
-                )
-                yield _row_force_text(row + " row" + place, force, sigma, own, quantities)
+                own = quantities.force_on(row)
+                yield _row_force_text(row + " row" + place, missing.force[:, k], missing.sigma[:, k], own, quantities)
 
 
 def _row_force_text(place: str, force: np.ndarray, sigma: np.ndarray, own: str, quantities: PlantUnits) -> str:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from wheelpend.inspection.inspect import Inspection
     from wheelpend.logs.log import Log
 
+UNTESTED_SENTENCE = "Signs and clocks were not tested: that takes a longer stretch without a gap."
+
 
 def inspection_text(log: Log, result: Inspection) -> TextBlocks:
     """Rate and channels of a log, findings with their cures, standstills, and lines for model.toml."""
@@ -20,10 +22,10 @@ def inspection_text(log: Log, result: Inspection) -> TextBlocks:
     yield from findings_text(result)
     if result.proposal:
         yield f"Put this into model.toml:\n\n{result.proposal}"
+    elif result.untested:
+        yield UNTESTED_SENTENCE
     elif not (result.findings or log.warnings):
         yield "Nothing odd was found."
-    if result.untested:
-        yield f"Signs and clocks were not tested: {result.untested}."
     if result.sensors:
         yield f"By this log, the sensors are:\n\n{result.sensors}"
 

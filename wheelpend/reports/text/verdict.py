@@ -44,6 +44,7 @@ UNCERTAIN_SENTENCE = (
     "That nothing is missing is improbable, but these data make no effect certain: the probabilities say which ones "
     "are likely, and a longer log with more motion will tell."
 )
+MAX_PART_SHARE = 0.995  # of a force's mean square, above which a function of it is no part
 MIN_LIKELY_FALL = 0.2  # relative, of the held-out error, with which an effect that is not certain is worth a word
 MIN_LIKELY_PROBABILITY = 0.5  # with which such an effect is missing, to be the one to try
 CLOSING_SENTENCES = {
@@ -64,6 +65,8 @@ def verdict_text(result: Diagnosis, model: Model) -> str:
     if result.verdict == "nothing_missing":
         return (f"Nothing is missing: error {error}, noise floor {floor}, and no effect of the library is worth "
                 "naming.")  # fmt: skip
+    if result.verdict == "unexplained" and is_at_noise(result):
+        return f"Error {error}, noise floor {floor}. {UNCERTAIN_SENTENCE} {probable_text(result)}".strip()
     if result.verdict == "unexplained":
         return (f"Something is missing (error {error}, noise floor {floor}), and no single effect of the library "
                 f"accounts for it.{partial_explanation_text(result)}")  # fmt: skip
@@ -92,6 +95,17 @@ def rest_beside_force_text(result: Diagnosis) -> str:
     return " ".join(filter(None, (rest, likely_text(result))))
 
 
+def probable_text(result: Diagnosis) -> str:
+    """The effect that is probably missing though it is not certain, in a sentence; or nothing."""
+    able = [c.effect for c in result.refitted if c.is_possible and c.effect not in result.problem.model.effects]
+    known = {effect: probability_of({effect}, result.structures) for effect in able}
+    best = max(known, key=lambda effect: known[effect], default="")
+    if not best or known[best] <= MIN_LIKELY_PROBABILITY:
+        return ""
+    return (f"The likeliest is {best} ({100 * known[best]:.0f} % in all), which is not certain: record more, or try "
+            f"it: `wheelpend add {best}`.")  # fmt: skip
+
+
 def likely_text(result: Diagnosis) -> str:
     """The effect to try though it is not certain, in a sentence; or nothing.
 
@@ -99,11 +113,8 @@ def likely_text(result: Diagnosis) -> str:
     ones the simplest, in the order of the library.
     """
     tried = [c for c in result.refitted if c.is_possible and is_number(c.error_after)]
-    for one in tried:
-        probability = probability_of({one.effect}, result.structures)
-        if probability > MIN_LIKELY_PROBABILITY and one.effect not in result.problem.model.effects:
-            return (f"The likeliest is {one.effect} ({100 * probability:.0f} % in all), which is not certain: record "
-                    f"more, or try it: `wheelpend add {one.effect}`.")  # fmt: skip
+    if probable := probable_text(result):
+        return probable
     lowest = min((c.error_after for c in tried), default=math.inf)
     if not is_number(result.error) or lowest > (1.0 - MIN_LIKELY_FALL) * result.error:
         return ""
@@ -137,8 +148,9 @@ def repeating_text(left: Remainder | None, plant: PlantSignature) -> str:
     if first.is_in_reading:
         return (f"{what}, as an offset of the reading {first.row}, predicts a part of it on stretches that it was "
                 "not made from: look at that sensor first.")  # fmt: skip
-    return (f"{what}, as a force {force_place_text(first.row, ports)}, predicts a part of it, "
-            f"{share_text(first.share)} of its mean square, on stretches that it was not made from.")  # fmt: skip
+    part = "it" if first.share > MAX_PART_SHARE else f"a part of it, {share_text(first.share)} of its mean square,"
+    return (f"{what}, as a force {force_place_text(first.row, ports)}, predicts {part} on stretches that it was not "
+            "made from.")  # fmt: skip
 
 
 def slow_text(source: SlowSource, ports: Mapping[str, PortSpec]) -> str:
@@ -170,7 +182,14 @@ def closing_sentence(result: Ladder) -> str:
         chance = not has_repeating(result.last.remainder) and is_mostly_chance(result.last.remainder)
         what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
         return f"{what} {rest_beside_force_text(result.last)}".strip()
+    if result.verdict == "unexplained" and not result.last.named and is_at_noise(result.last):
+        return f"{UNCERTAIN_SENTENCE} {probable_text(result.last)}".strip()
     return CLOSING_SENTENCES[result.verdict]
+
+
+def is_at_noise(result: Diagnosis) -> bool:
+    """True of a model that predicts as well as the sensors' noise allows."""
+    return is_number(result.error) and result.error <= MAX_EXPLAINED_ERROR_RATIO * result.noise_floor
 
 
 def chance_sentence(left: Remainder | None) -> str:
