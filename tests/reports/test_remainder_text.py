@@ -173,9 +173,9 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     assert "With coulomb_drive the held-out error falls" in alike  # of equally good ones the simplest
     known = (Structure(("slope",), 0.7), Structure((), 0.3))
     probable = said(tried("slope", 30.0), tried("viscous_drive", 8.0), structures=known)
-    assert "The likeliest is slope (70 % in all)" in probable and "With viscous_drive" not in probable
+    assert "The likeliest is slope (70 %, alone and with others)" in probable and "With viscous_drive" not in probable
     both = (Structure(("slope",), 0.4), Structure(("viscous_drive", "slope"), 0.6))
-    assert "The likeliest is slope (100 % in all)" in said(
+    assert "The likeliest is slope (100 %, alone and with others)" in said(
         tried("viscous_drive", 8.0), tried("slope", 9.0), structures=both
     )
 

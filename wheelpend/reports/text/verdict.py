@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from derive import effects as library
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
-from wheelpend.diagnosis.structures import probability_of
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.model.units import PlantUnits
@@ -98,12 +97,12 @@ def rest_beside_force_text(result: Diagnosis) -> str:
 def probable_text(result: Diagnosis) -> str:
     """The effect that is probably missing though it is not certain, in a sentence; or nothing."""
     able = [c.effect for c in result.refitted if c.is_possible and c.effect not in result.problem.model.effects]
-    known = {effect: probability_of({effect}, result.structures) for effect in able}
+    known = {effect: sum(s.probability for s in result.structures if effect in s.effects) for effect in able}
     best = max(known, key=lambda effect: known[effect], default="")
     if not best or known[best] <= MIN_LIKELY_PROBABILITY:
         return ""
-    return (f"The likeliest is {best} ({100 * known[best]:.0f} % in all), which is not certain: record more, or try "
-            f"it: `wheelpend add {best}`.")  # fmt: skip
+    return (f"The likeliest is {best} ({100 * known[best]:.0f} %, alone and with others), which is not certain: record "
+            f"more, or try it: `wheelpend add {best}`.")  # fmt: skip
 
 
 def likely_text(result: Diagnosis) -> str:
