@@ -66,6 +66,7 @@ RAW = {
     "PWM counts alone": duty_axis,
     "PWM counts under a name that says nothing": lambda: {"t": axis()["t"], "x": axis()["x"], "m": full_duty()},
     "a counter of rows": lambda: {"n": ROWS, **axis()},
+    "a copy of a column": lambda: axis(u_counts=21.25 * axis()["u"]),
     "a second clock": lambda: {n: v[KEPT] for n, v in axis(device_time=5.0 + 1e3 * axis()["t"]).items()},
     "a controller on the sign of the rate": sign_law,
 }
