@@ -36,6 +36,7 @@ class EquationScore(NamedTuple):
     effect: Effect
     share: float  # of what the equations without it leave (rms), that they leave with it
     values: dict[str, float]  # of the linear parameters of the model and of the effect
+    unknown: tuple[str, ...]  # parameters of the plant that came out at zero, where that cannot be simulated
 
     def size(self) -> dict[str, float]:
         """Values of the effect's own parameters."""
@@ -62,12 +63,12 @@ def equation_scores(problem: EstimationProblem, values: Mapping[str, float]) -> 
         root = _stacked_root(problem, values, tau)
         if root is None:
             continue
-        left, _ = _regressed(problem, root, names)
+        left, _, _ = _regressed(problem, root, names)
         for effect in effects:
-            rest, solution = _regressed(problem, root, names, effect)
+            rest, solution, unknown = _regressed(problem, root, names, effect)
             share = rest / left if left > 0.0 else 1.0
             if effect.name not in found or share < found[effect.name].share:
-                found[effect.name] = EquationScore(effect, share, solution)
+                found[effect.name] = EquationScore(effect, share, solution, unknown)
     return dict(sorted(found.items(), key=lambda item: item[1].share))
 
 
@@ -128,8 +129,10 @@ def _equations(
 
 def _regressed(
     problem: EstimationProblem, root: np.ndarray, names: Sequence[str], effect: Effect | None = None
-) -> tuple[float, dict[str, float]]:
-    """What a regression leaves of the equations (rms), with one effect more where it is given, and its solution."""
+) -> tuple[float, dict[str, float], tuple[str, ...]]:
+    """What a regression leaves of the equations (rms), with one effect more where it is given; its solution; and what
+    of the plant came out at zero though it cannot be simulated so.
+    """
     linear, added = problem.module.LINEAR, effect.full_names if effect else ()
     signed = [n in problem.module.SIGNED for n in names]
     signed += [p.minimum < 0.0 for p in effect.parameters] if effect else []
@@ -137,8 +140,21 @@ def _regressed(
     chosen = root[:, [linear.index(n) for n in columns]]
     estimate, rest = nonnegative_solution(chosen, root[:, -1], np.array(signed, dtype=bool))
     found = dict(zip(columns, map(float, estimate), strict=True))
-    lost = [n for n, s in zip(columns, signed, strict=True) if n in problem.base and not s and found[n] == 0.0]
-    return rest, found if effect is None or not lost else _with_some_of_each(problem, found, lost, chosen)
+    lost = tuple(n for n, s in zip(columns, signed, strict=True) if n in problem.base and not s and found[n] == 0.0)
+    if effect is None or not lost or _can_be_simulated(problem, found):
+        return rest, found, ()
+    return rest, _with_some_of_each(problem, found, lost, chosen), lost
+
+
+def _can_be_simulated(problem: EstimationProblem, values: Mapping[str, float]) -> bool:
+    """True of values with which the integrator follows a log without leaving the finite numbers."""
+    module, log = problem.module, problem.logs[0].part(0, min(len(problem.logs[0]), MAX_TRIED_SAMPLES))
+    parameters, start = kernel_parameters(module, values, log), measured_states(module, log)[0]
+    try:
+        states = module.simulate(log.t, log.known_voltage, start, parameters, problem.max_step)
+    except ZeroDivisionError:  # a machine without inertia
+        return False
+    return bool(np.isfinite(states).all())
 
 
 def _with_some_of_each(
@@ -149,13 +165,7 @@ def _with_some_of_each(
     A machine without inertia cannot be simulated; so there is so much of it that the integrator follows the log with
     its steps. In a log of few samples friction stops a fast machine within each, and its inertia hardly shows.
     """
-    module, log = problem.module, problem.logs[0].part(0, min(len(problem.logs[0]), MAX_TRIED_SAMPLES))
     norms = dict(zip(found, np.maximum(np.linalg.norm(columns, axis=0), SMALLEST_NORM), strict=True))
     least = MIN_PARAMETER_RATIO * max(norms[n] * abs(v) for n, v in found.items())
     trials = [{**found, **{n: float(2.0**k * least / norms[n]) for n in lost}} for k in range(MAX_DOUBLINGS)]
-    start = measured_states(module, log)[0]
-    for values in trials:
-        parameters = kernel_parameters(module, values, log)
-        if np.isfinite(module.simulate(log.t, log.known_voltage, start, parameters, problem.max_step)).all():
-            return values
-    return trials[0]
+    return next((values for values in trials if _can_be_simulated(problem, values)), trials[0])

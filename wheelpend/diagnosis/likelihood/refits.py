@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 import derive
+from wheelpend.diagnosis.equation_scores import EquationScore
 from wheelpend.diagnosis.likelihood.filtered_model import (
     MAX_LAST_SAMPLES,
     SETTLED_EFFORT,
@@ -37,7 +37,7 @@ RANKING_SAMPLES = 5_000  # of all logs together, on which it is found which refi
 FIRST_EFFORT = Effort(4, 1.0, False, holds_times=True)  # of a fit that finds the best of several sizes, at held forces
 REFIT_EFFORT = Effort(8, 2.0, False, holds_times=True, holds_sensors=True)  # of the fit that goes on from it
 LAST_EFFORT = Effort(12, 0.5, False, holds_times=True)  # of the fit that ends it, errors of sensors free too
-NO_VALUES: Mapping[str, float] = MappingProxyType({})
+SOURCES_EFFORT = Effort(12, 1.0, False, holds_parameters=True)  # of one that finds what is likeliest at a start
 HELD_EFFORT = Effort(8, 1.0, False)  # of a fit at held sources
 
 
@@ -66,12 +66,12 @@ class BegunRefit(NamedTuple):
 
 
 def with_effect(
-    model: FilteredModel, effect: str, starts: Sequence[EffectSize], regressed: Mapping[str, float] = NO_VALUES
+    model: FilteredModel, effect: str, starts: Sequence[EffectSize], regressed: EquationScore | None = None
 ) -> BegunRefit:
     """The model with one effect more, from the best of some sizes; of long logs on a part.
 
-    ``regressed`` are values of its linear parameters and the effect's, from which one more fit begins anew where they
-    are known.
+    ``regressed`` is what a regression of the filtered equations with it came to, where it is known: one more fit begins
+    anew with that.
     """
     started = [_started(model.problem, model.log_values, effect, start) for start in starts]
     problem = model.problem.with_effects(extended_effects(model.problem.model, effect))
@@ -153,7 +153,7 @@ def _likeliest_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> F
 
 
 def _begun_refit(
-    model: FilteredModel, log_values: Sequence[LogValues], regressed: Mapping[str, float] = NO_VALUES
+    model: FilteredModel, log_values: Sequence[LogValues], regressed: EquationScore | None = None
 ) -> BegunRefit:
     """The same, not yet to its end."""
     estimators = _ranking_estimators(model.problem, log_values)
@@ -161,8 +161,11 @@ def _begun_refit(
     starts = [with_forces(model.point.sources, share, slowness, shortest) for share, slowness in FORCE_STARTS]
     begun = [_best_begun(model.problem, estimators, sources) for sources in starts]
     known = _without_own(model.problem.unfitted_start)
-    anew = [known, {**known, **regressed}] if regressed else [known]
-    return BegunRefit((*begun, *(_begun_anew(model, log_values, values) for values in anew)))
+    anew = [known, {**known, **regressed.values}] if regressed else [known]
+    begun += [_begun_anew(model, log_values, values) for values in anew]
+    if regressed and regressed.unknown:
+        begun.append(_begun_amid_forces(model, log_values, anew[-1]))
+    return BegunRefit(tuple(begun))
 
 
 def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues], known: Mapping[str, float]) -> FilteredModel:
@@ -174,6 +177,18 @@ def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues], known: Ma
     largest, shortest = ANEW_FORCE_SHARE * model.estimator.force_scale, estimators[0].correlation_bounds[0]
     sources = with_forces(model.point.sources, 1.0, FORCE_STARTS[-1][1], shortest, largest)
     return _best_begun(model.problem, estimators, sources)
+
+
+def _begun_amid_forces(
+    model: FilteredModel, log_values: Sequence[LogValues], known: Mapping[str, float]
+) -> FilteredModel:
+    """A fit that begins with values of which one is hardly known, and with the random forces that are likeliest there.
+
+    Much smaller ones would hold the parameters where they are, and amid much larger ones these hardly matter.
+    """
+    (estimator,) = _ranking_estimators(model.problem, [[{**v, **known} for v in log_values[0]]])
+    begun = estimator.fit(estimator.problem.space.start(), model.point.sources, SOURCES_EFFORT)
+    return FilteredModel(model.problem, estimator, estimator.fit(begun.theta, begun.sources, REFIT_EFFORT))
 
 
 def _ranking_estimators(problem: EstimationProblem, log_values: Sequence[LogValues]) -> list[FilterEstimator]:

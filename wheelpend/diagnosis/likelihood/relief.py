@@ -13,7 +13,6 @@ from derive.effects import Effect
 from wheelpend.diagnosis.equation_scores import equation_scores, leading_by_equations
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.refits import (
-    NO_VALUES,
     BegunRefit,
     on_ranking_part,
     refined,
@@ -83,8 +82,7 @@ def _refits(model: FilteredModel, progress: Progress, only: str) -> dict[str, Fi
 
     def begin(one: ScoredEffect, of: FilteredModel) -> BegunRefit:
         progress(f"refitting with {one.effect.name} and a random force")
-        known = by_equations.get(one.effect.name)
-        return with_effect(of, one.effect.name, one.starts, known.values if known else NO_VALUES)
+        return with_effect(of, one.effect.name, one.starts, by_equations.get(one.effect.name))
 
     with KernelPool() as pool:
         begun = sorted(pool.map(begin, leaders, repeat(model)), key=lambda r: r.deviance)
