@@ -48,8 +48,10 @@ def test_a_regression_that_finds_no_inertia_gives_one_that_can_be_simulated():
         assert np.isfinite(played).all()
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
-def test_viscous_friction_is_named_that_stops_a_motor_within_a_sample(seed):
-    found = explain(model_of_a_slide(), [winch_log(seed)])
+@pytest.mark.parametrize(
+    ("seed", "late"), [(0, False), *(pytest.param(k, True, marks=pytest.mark.slow) for k in (0, 1))]
+)
+def test_viscous_friction_is_named_that_stops_a_motor_within_a_sample(seed, late):
+    found = explain(model_of_a_slide(), [winch_log(seed, late)])
     assert found.steps[0].effect == "viscous_drive"
     assert found.parameters["viscous_drive.coefficient"].value == pytest.approx(DAMPING, rel=0.05)
