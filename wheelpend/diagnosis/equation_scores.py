@@ -58,18 +58,19 @@ def equation_scores(problem: EstimationProblem, values: Mapping[str, float]) -> 
         return {}
     effects = [e for e in problem.candidates() if _is_linear(problem, e)]
     names = _model_names(problem)
-    found: dict[str, EquationScore] = {}
+    found: dict[str, tuple[EquationScore, np.ndarray]] = {}  # with the norms of its columns
     for tau in start_time_constants(problem.logs[0]):
         root = _stacked_root(problem, values, tau)
         if root is None:
             continue
         left, _, _ = _regressed(problem, root, names)
         for effect in effects:
-            rest, solution, unknown = _regressed(problem, root, names, effect)
+            rest, solution, norms = _regressed(problem, root, names, effect)
             share = rest / left if left > 0.0 else 1.0
-            if effect.name not in found or share < found[effect.name].share:
-                found[effect.name] = EquationScore(effect, share, solution, unknown)
-    return dict(sorted(found.items(), key=lambda item: item[1].share))
+            if effect.name not in found or share < found[effect.name][0].share:
+                found[effect.name] = EquationScore(effect, share, solution, ()), norms
+    scores = {name: _with_inertia(problem, one, norms) for name, (one, norms) in found.items()}
+    return dict(sorted(scores.items(), key=lambda item: item[1].share))
 
 
 def leading_by_equations(scores: Mapping[str, EquationScore]) -> dict[str, EquationScore]:
@@ -129,9 +130,9 @@ def _equations(
 
 def _regressed(
     problem: EstimationProblem, root: np.ndarray, names: Sequence[str], effect: Effect | None = None
-) -> tuple[float, dict[str, float], tuple[str, ...]]:
-    """What a regression leaves of the equations (rms), with one effect more where it is given; its solution; and what
-    of the plant came out at zero though it cannot be simulated so.
+) -> tuple[float, dict[str, float], np.ndarray]:
+    """What a regression leaves of the equations (rms), with one effect more where it is given; its solution; and the
+    norms (n,) of its columns.
     """
     linear, added = problem.module.LINEAR, effect.full_names if effect else ()
     signed = [n in problem.module.SIGNED for n in names]
@@ -139,11 +140,7 @@ def _regressed(
     columns = [*names, *added]
     chosen = root[:, [linear.index(n) for n in columns]]
     estimate, rest = nonnegative_solution(chosen, root[:, -1], np.array(signed, dtype=bool))
-    found = dict(zip(columns, map(float, estimate), strict=True))
-    lost = tuple(n for n, s in zip(columns, signed, strict=True) if n in problem.base and not s and found[n] == 0.0)
-    if effect is None or not lost or _can_be_simulated(problem, found):
-        return rest, found, ()
-    return rest, _with_some_of_each(problem, found, lost, chosen), lost
+    return rest, dict(zip(columns, map(float, estimate), strict=True)), np.linalg.norm(chosen, axis=0)
 
 
 def _can_be_simulated(problem: EstimationProblem, values: Mapping[str, float]) -> bool:
@@ -157,15 +154,18 @@ def _can_be_simulated(problem: EstimationProblem, values: Mapping[str, float]) -
     return bool(np.isfinite(states).all())
 
 
-def _with_some_of_each(
-    problem: EstimationProblem, found: Mapping[str, float], lost: Sequence[str], columns: np.ndarray
-) -> dict[str, float]:
-    """A solution in which parameters of the plant that came out at zero have a small share of what acts.
+def _with_inertia(problem: EstimationProblem, one: EquationScore, lengths: np.ndarray) -> EquationScore:
+    """A score in which parameters of the plant that came out at zero have a small share of what acts.
 
-    A machine without inertia cannot be simulated; so there is so much of it that the integrator follows the log with
-    its steps. In a log of few samples friction stops a fast machine within each, and its inertia hardly shows.
+    Where it cannot be simulated without: so there is so much of them that the integrator follows the log with its
+    steps. In a log of few samples friction stops a fast machine within each, and its inertia hardly shows.
     """
-    norms = dict(zip(found, np.maximum(np.linalg.norm(columns, axis=0), SMALLEST_NORM), strict=True))
+    found, signed = one.values, problem.module.SIGNED
+    lost = tuple(n for n, v in found.items() if n in problem.base and n not in signed and v == 0.0)
+    if not lost or _can_be_simulated(problem, found):
+        return one
+    norms = dict(zip(found, np.maximum(lengths, SMALLEST_NORM), strict=True))
     least = MIN_PARAMETER_RATIO * max(norms[n] * abs(v) for n, v in found.items())
     trials = [{**found, **{n: float(2.0**k * least / norms[n]) for n in lost}} for k in range(MAX_DOUBLINGS)]
-    return next((values for values in trials if _can_be_simulated(problem, values)), trials[0])
+    able = next((values for values in trials if _can_be_simulated(problem, values)), trials[0])
+    return one._replace(values=able, unknown=lost)

@@ -209,23 +209,20 @@ def filter_findings(noise: Noise) -> list[Finding]:
 
 def rests_without_command(log: Log, name: str, times: Sequence[tuple[float, float]]) -> bool:
     """True of a machine with a motor that does nothing in some times [s], in which no other channel than one moves."""
-    inputs, others = log.inputs, [c for c in log.channels if c != name]
-    if not np.any(inputs[np.isfinite(inputs)]):
+    if not np.any(log.inputs[np.isfinite(log.inputs)]):
         return False
+    others = [channel_values(log, c) for c in log.channels if c != name]
     within = [(log.t >= begin) & (log.t < end) for begin, end in times]
-    whole = {
-        c: REST_SHARE * np.ptp(v[np.isfinite(v)]) for c in others if np.isfinite(v := channel_values(log, c)).any()
-    }
     return not any(
-        np.any(inputs[:, now])
-        or any(np.ptp(known) > band for c, band in whole.items() if (known := _known(log, c, now)).size)
+        np.any(log.inputs[:, now]) or any(_range_of(v[now]) > REST_SHARE * _range_of(v) for v in others)
         for now in within
     )
 
 
-def _known(log: Log, name: str, now: np.ndarray) -> np.ndarray:
-    values = channel_values(log, name)[now]
-    return values[np.isfinite(values)]
+def _range_of(values: np.ndarray) -> float:
+    """The range of the known ones of values (N,); 0 without any."""
+    known = values[np.isfinite(values)]
+    return float(np.ptp(known)) if known.size else 0.0
 
 
 def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]], table: ColumnTable) -> list[Finding]:

@@ -29,7 +29,7 @@ from wheelpend.estimation.filter_fit import Effort, FilterEstimator
 from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
 from wheelpend.estimation.random_source import Sources, with_forces
-from wheelpend.estimation.source_search import without_needless
+from wheelpend.estimation.source_search import SOURCES_ALONE, without_needless
 
 FORCE_STARTS = ((1.0, 1.0), (0.3, 0.1))  # share of the found force's size and time, from which refits start
 ANEW_FORCE_SHARE = 0.03  # of the drive: a random force, at most, with which a fit begins from what is known
@@ -37,7 +37,6 @@ RANKING_SAMPLES = 5_000  # of all logs together, on which it is found which refi
 FIRST_EFFORT = Effort(4, 1.0, False, holds_times=True)  # of a fit that finds the best of several sizes, at held forces
 REFIT_EFFORT = Effort(8, 2.0, False, holds_times=True, holds_sensors=True)  # of the fit that goes on from it
 LAST_EFFORT = Effort(12, 0.5, False, holds_times=True)  # of the fit that ends it, errors of sensors free too
-SOURCES_EFFORT = Effort(12, 1.0, False, holds_parameters=True)  # of one that finds what is likeliest at a start
 HELD_EFFORT = Effort(8, 1.0, False)  # of a fit at held sources
 
 
@@ -187,7 +186,7 @@ def _begun_amid_forces(
     Much smaller ones would hold the parameters where they are, and amid much larger ones these hardly matter.
     """
     (estimator,) = _ranking_estimators(model.problem, [[{**v, **known} for v in log_values[0]]])
-    begun = estimator.fit(estimator.problem.space.start(), model.point.sources, SOURCES_EFFORT)
+    begun = estimator.fit(estimator.problem.space.start(), model.point.sources, SOURCES_ALONE)
     return FilteredModel(model.problem, estimator, estimator.fit(begun.theta, begun.sources, REFIT_EFFORT))
 
 

@@ -56,17 +56,12 @@ def _coefficient_text(name: str, found: Estimate, quantities: PlantUnits, drive_
 
 def moved_size_text(step: Step, explanation: Ladder) -> str:
     """Coefficients of an effect in the final fit, where it moved them by a standard error from what a step found."""
-    finals = {n: explanation.parameters.get(full_name(step.effect, n)) for n in step.estimates}
-    moved = [
-        f"{n} {estimate_text(final.value, final.sigma, final.unit)}"
-        for n, first in step.estimates.items()
-        if (final := finals[n]) and not final.per_log and _has_moved(first, final)
-    ]
+    moved = []
+    for name, first in step.estimates.items():
+        final = explanation.parameters.get(full_name(step.effect, name), first)
+        if not final.per_log and abs(final.value - first.value) > first.sigma:
+            moved.append(f"{name} {estimate_text(final.value, final.sigma, final.unit)}")
     return f"In the final fit: {'; '.join(moved)}." if moved else ""
-
-
-def _has_moved(first: Estimate, final: Estimate) -> bool:
-    return abs(final.value - first.value) > first.sigma
 
 
 def log_size_lines(found: CandidateFit | Step) -> Iterator[str]:
