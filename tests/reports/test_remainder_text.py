@@ -49,6 +49,13 @@ def test_forces_on_two_rows_are_told_apart():
     assert [line.partition(" a random force")[0] for line in lines] == ["Left to chance:", "And"]
 
 
+def test_where_one_row_of_a_port_feels_a_force_of_its_own_besides_the_port_is_told_once():
+    lines = remainder_sentences(Remainder({"wheel": force(rms=0.34, share=0.37), "body": force(rms=0.302)}), MODEL)
+    assert lines[0].startswith("Left to chance: a random force of 0.302 V"), "what both rows feel comes first"
+    assert [", between wheel and body," in line for line in lines] == [True, False]
+    assert "0.34 V (35.1 N·m), 37 % of the drive, on the wheel row in all," in lines[1]
+
+
 @pytest.mark.parametrize(
     ("effects", "expected"), [((), "before any effect was looked for"), (("slope",), "before any further effect was")]
 )

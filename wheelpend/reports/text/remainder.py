@@ -40,14 +40,25 @@ def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str 
         if errors:
             return ["No random force is left: what is not predicted is taken for errors of the sensors.", *errors]
         return ["Nothing is left to chance: sensor noise explains the rest."]
-    places: dict[tuple[str, float], list[tuple[str, RowForce]]] = {}
-    for row, force in left.force.items():
-        places.setdefault((force.place, force.rms), []).append((row, force))
-    begin, lines = f"{LEFT_TO_CHANCE}{_as_it_stands_text(as_it_stands, model)}:", list[str]()
-    for rows in places.values():
+    begin = f"{LEFT_TO_CHANCE}{_as_it_stands_text(as_it_stands, model)}:"
+    lines, told = list[str](), set[str]()
+    for place, rows in _rows_by_force(left):
         row, strongest = max(rows, key=lambda r: r[1].share_of_drive)
-        lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities, "And" if lines else begin)
+        where = f"on the {row} row in all" if place in told else _place_text(row, strongest, model)
+        lines += _force_sentences(strongest, where, quantities, "And" if lines else begin)
+        told.add(place)
     return [*lines, *errors]
+
+
+def _rows_by_force(left: Remainder) -> list[tuple[str, list[tuple[str, RowForce]]]]:
+    """Places of forces in the rows' order, each with the rows that feel the same there, the smallest first.
+
+    Rows of a port feel two sizes where one of them feels a force of its own besides.
+    """
+    places: dict[str, dict[float, list[tuple[str, RowForce]]]] = {}
+    for row, force in left.force.items():
+        places.setdefault(force.place, {}).setdefault(force.rms, []).append((row, force))
+    return [(place, sizes[rms]) for place, sizes in places.items() for rms in sorted(sizes)]
 
 
 def _as_it_stands_text(since: str, model: Model) -> str:
