@@ -35,6 +35,28 @@ def test_an_entry_is_set_and_every_comment_stays(here):
     assert (read["theta_p"].sign, read["theta_w"].column, read["theta_w"].unit) == (-1, "theta_w", "deg")
 
 
+GUESSED_TEXT = """plant = "wheel_pendulum"
+
+[columns]
+theta_w = { column = "enc", scale = 0.001 }  # guessed: counts
+t = { column = "ms", scale = 0.02 }  # guessed: rows
+theta_p = { column = "tilt" }  # guessed: mine, and kept
+"""
+
+
+@pytest.mark.parametrize(
+    "setting", ["theta_w.scale=0.002", "theta_w.scale=0.001", 'theta_w={ column = "e", scale = 2 }']
+)
+def test_what_is_set_is_marked_as_guessed_no_more(tmp_path, monkeypatch, setting):
+    monkeypatch.chdir(tmp_path)
+    workspace.create(tmp_path, text=GUESSED_TEXT)
+    run("set", "columns.theta_p.sign=-1", f"columns.{setting}")
+    lines = (tmp_path / "model.toml").read_text().splitlines()
+    marked = [line.split(" ")[0] for line in lines if "guessed" in line]
+    assert marked == ["t", "theta_p"], "a sign says nothing of how a column was guessed to be read"
+    assert not any(line.endswith(" ") or line.endswith("#") for line in lines)
+
+
 def test_nothing_behind_the_sign_takes_the_entry_out(here):
     run("set", "columns.theta_p.unit=")
     assert Model.open(here).columns["theta_p"].unit == ""

@@ -21,6 +21,7 @@ from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import FileColumn, Survey
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
+from wheelpend.model.toml_file import GUESS_MARK
 
 UNNAMED_COLUMN = "?"  # stands for a column that its user must name
 COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
@@ -149,7 +150,7 @@ def counted_channels(survey: Survey, best: Candidate) -> list[str]:
 
 def guess_comments(guesses: Mapping[str, str]) -> dict[str, str]:
     """The comments that mark entries of a model.toml as guessed."""
-    return {name: f"guessed: {reason}" for name, reason in guesses.items()}
+    return {name: f"{GUESS_MARK}{reason}" for name, reason in guesses.items()}
 
 
 def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:

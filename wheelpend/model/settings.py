@@ -29,6 +29,7 @@ OTHER_COMMANDS = {  # by what they change, which is more than an entry of the fi
     "sensor_error": "`wheelpend identify LOG --save` writes what is left to chance.",
 }
 TEXT_KEYS = ("column", "unit", "times")  # whose values are text, also where they look like a number
+GUESSED_KEYS = ("column", "unit", "scale")  # of a column: who sets one of them has looked at what was guessed
 KEY_PATTERN = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+){1,2}")
 MAX_VALUE_CHARACTERS = 1000
 
@@ -67,7 +68,7 @@ class Changed(NamedTuple):
 
 def with_settings(model: Model, settings: Sequence[Setting]) -> Model:
     """The model with these settings; raises Failure where one cannot be."""
-    from wheelpend.model.toml_edits import with_entry  # imported late: tomlkit is slow to load
+    from wheelpend.model.toml_edits import with_entry, without_guess_mark  # imported late: tomlkit is slow to load
 
     text = model.text
     for setting in _complete(model, settings):
@@ -75,6 +76,8 @@ def with_settings(model: Model, settings: Sequence[Setting]) -> Model:
             raise Failure(f"An entry must be there to be taken away, but model.toml has no {setting.key}.")
         if not _holds_already(parse_toml(text), setting):
             text = with_entry(text, setting.place, setting.value)
+        if setting.place[0] == "columns" and setting.place[-1] in GUESSED_KEYS:
+            text = without_guess_mark(text, setting.place[:2])
     wanted = Model.parse(text, model.path)
     for name in {s.place[1] for s in settings if s.place[0] == "columns"} & set(wanted.columns):
         unit_factor(name, wanted.columns[name].unit, wanted.table.units[name], wanted.table.inputs)

@@ -13,7 +13,7 @@ import tomlkit.items
 
 from derive.parameter_name import ParameterName
 from wheelpend.errors import Failure
-from wheelpend.model.toml_file import MODEL_FILE
+from wheelpend.model.toml_file import GUESS_MARK, MODEL_FILE
 
 
 def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
@@ -83,6 +83,20 @@ def _with_item(document: tomlkit.TOMLDocument, place: list[str], item: tomlkit.i
     if isinstance(table, tomlkit.items.InlineTable):
         return _with_item(document, place[:-1], inline_table({**table, place[-1]: item}))
     table[place[-1]] = item
+    return tomlkit.dumps(document)
+
+
+def without_guess_mark(text: str, place: tuple[str, ...]) -> str:
+    """Text in which the entry at a place is marked as guessed no more; other comments stay."""
+    document = parsed(text)
+    entry: Any = document
+    for name in place:
+        if name not in entry:
+            return text
+        entry = entry[name]
+    if not isinstance(entry, tomlkit.items.Item) or not entry.trivia.comment.startswith(f"# {GUESS_MARK}"):
+        return text
+    entry.trivia.comment = entry.trivia.comment_ws = ""
     return tomlkit.dumps(document)
 
 

@@ -34,6 +34,7 @@ from wheelpend.model.toml_checks import (
 )
 
 MODEL_FILE, USER_EFFECTS_FILE = "model.toml", "effects.toml"  # in a workspace
+GUESS_MARK = "guessed: "  # begins the comment behind an entry that nobody has stated
 
 MAX_DOTS = 1000  # in a line
 
