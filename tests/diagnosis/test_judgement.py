@@ -26,9 +26,11 @@ def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0
         "p_discovery": 0.02,
         "p_confirmation": 1e-3,
         "physical": True,
+        "determined": True,
         "error_after": error_after,
         **changed,
     }
+    told["is_possible"] = told["physical"] and told["determined"]
     on_row = less_force if less_on_row is None else less_on_row
     gains, falls = np.linspace(-1.0, 3.0, 20), np.array(falls)
     relative = np.array(relative)
@@ -53,6 +55,11 @@ def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0
 )
 def test_an_effect_lowers_the_error_or_the_force(error_after, less_force, supported):
     assert judged(error_after, less_force).is_supported(100.0) == supported
+
+
+def test_an_effect_whose_size_is_not_told_from_none_is_certain_by_no_likelihood():
+    assert judged(90.0).is_certain and not judged(90.0, determined=False).is_certain
+    assert judged(90.0, determined=False).is_followed, "its p-values are as they are"
 
 
 def test_an_error_may_rise_by_less_than_the_force_falls():

@@ -15,7 +15,8 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - signals: a log on a uniform grid, smoothed derivatives, and scans over time shifts
 - kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, a rate against its angle
 - wiring: all faults, by the check that the plant brings along or by those for any machine
-- equations: faults that the equations of motion show on any machine with one input: signs, input at another time
+- equations: faults that the equations of motion show on any machine with one input: signs, input at another time;
+  first_motion: which way one with one place sets out from rest
 - wheels_and_body: the same of a body on wheels, with its IMU; `encoder` what its encoder reads, and in which unit;
   `voltage` its equations with unknown parameters
 - sampling: rows dropped or timed anew, clocks that jitter; raw_units: a duty instead of a voltage, a command

@@ -20,7 +20,14 @@ from wheelpend.estimation.state_reconstruction import states_from
 from wheelpend.inspection.clocks import MAX_PHYSICAL_DELAY_S, input_shift_finding
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.kinematics import RatePair
-from wheelpend.inspection.signals import MAX_SHIFT_SAMPLES, Signals, TimeShift, scan_time_shifts, uniform_signals
+from wheelpend.inspection.signals import (
+    MIN_ANALYSED_SAMPLES,
+    MIN_SIGN_SAMPLES,
+    Signals,
+    TimeShift,
+    scan_time_shifts,
+    uniform_signals,
+)
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
@@ -50,7 +57,7 @@ def find_input_faults(
     positions = module.OUTPUT_MATRIX[:, : module.NQ]
     if len(module.INPUTS) != 1 or np.linalg.matrix_rank(positions) < module.NQ:
         return []
-    signals = uniform_signals(log, module.INPUT, in_range=True)
+    signals = uniform_signals(log, module.INPUT, in_range=True, least=least_samples(module))
     if signals is None or np.ptp(signals.voltage) == 0.0:
         return []
     if alike := friction_like_coordinate(signals, module):
@@ -59,9 +66,14 @@ def find_input_faults(
     corrections.sign.update(dict.fromkeys(flipped, -corrections.sign.get(flipped[0], 1) if flipped else -1))
     findings = [flip_finding(name) for name in flipped]
     signals = with_signs_flipped(signals, flipped)
-    if late := _time_shift(signals, module):
+    if late := signals.is_long and _time_shift(signals, module):
         findings.append(input_shift_finding(signals.input, late, signals.dt))
     return findings
+
+
+def least_samples(module: KernelModule | None) -> int:
+    """Samples without a gap, from which on signs are judged: fewer of a machine with only one place."""
+    return MIN_SIGN_SAMPLES if module is not None and module.NQ == 1 else MIN_ANALYSED_SAMPLES
 
 
 def _time_shift(signals: Signals, module: KernelModule) -> float:
@@ -137,9 +149,9 @@ def friction_like_coordinate(signals: Signals, module: KernelModule) -> str:
     signs = soft_sign(states_from(module, values, slopes)[:, module.NQ :])
     voltage = signals.smooth(signals.input)
     for k, name in enumerate(module.STATES[: module.NQ]):
-        shared = [share_in_common(voltage[rows + late], signs[:, k]) for late in range(1 - MAX_SHIFT_SAMPLES,
-                                                                                       MAX_SHIFT_SAMPLES)]  # fmt: skip
-        best = int(np.argmax(shared)) - MAX_SHIFT_SAMPLES + 1
+        shifts = range(1 - signals.max_shift, signals.max_shift)
+        shared = [share_in_common(voltage[rows + late], signs[:, k]) for late in shifts]
+        best = shifts[int(np.argmax(shared))]
         if best >= 0 and max(shared) > MIN_FRICTION_SHARE:
             return name
     return ""
@@ -213,7 +225,8 @@ def with_signs_flipped(signals: Signals, names: Sequence[str]) -> Signals:
 def unexplained_share(signals: Signals, module: KernelModule, *, springs: bool = False) -> float:
     """Share of the input's power that the equations leave unexplained, at the best time shift."""
     system = input_regression(signals, module)
-    return scan_time_shifts(input_residual(with_springs(system, signals, module) if springs else system, signals)).share
+    residual = input_residual(with_springs(system, signals, module) if springs else system, signals)
+    return scan_time_shifts(residual, signals.max_shift).share
 
 
 def undriven_share(signals: Signals, module: KernelModule) -> float:

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from wheelpend.estimation.data import noise_of
+from wheelpend.inspection.equations import least_samples
 from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs, with_settings
 from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
 from wheelpend.inspection.sampling import find_sampling_faults
-from wheelpend.inspection.signals import channel_values, uniform_signals
+from wheelpend.inspection.signals import MIN_ANALYSED_SAMPLES, channel_values, uniform_signals
 from wheelpend.inspection.standstill import constant_signal_times, find_gaps, find_no_excitation, standstills
 from wheelpend.inspection.wiring import find_faults
 from wheelpend.kernels.kernel_module import KernelModule
@@ -45,7 +46,7 @@ class Inspection:
     proposal: str  # lines for model.toml that would cure the findings; empty when there is nothing to propose
     sensors: str = ""  # lines for model.toml that say what the sensors are like, by this log
     stand_still: dict[str, list[tuple[float, float]]] = field(default_factory=dict)  # from, to [s] by channel
-    untested: bool = False  # True where nothing can be concluded on signs and clocks
+    untested: tuple[str, ...] = ()  # of signs and clocks, those on which so short a log says nothing
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -115,8 +116,14 @@ def inspect_log(
         proposal=corrections.text(),
         sensors=sensors_section_text(log, noise, table, corrections),
         stand_still=standstills(log, noise, table),
-        untested=uniform_signals(log, table.input, in_range=False) is None,
+        untested=untested_faults(log, table, module),
     )
+
+
+def untested_faults(log: Log, table: ColumnTable, module: KernelModule | None) -> tuple[str, ...]:
+    """What nothing can be concluded on, as no stretch of the log without a gap is long enough: signs, clocks."""
+    needed = {"signs": least_samples(module), "clocks": MIN_ANALYSED_SAMPLES}
+    return tuple(w for w, n in needed.items() if uniform_signals(log, table.input, in_range=False, least=n) is None)
 
 
 def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None = None) -> Inspection:

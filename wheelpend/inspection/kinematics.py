@@ -14,8 +14,8 @@ from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.signals import (
     DEGREES_PER_RADIAN,
     JACKKNIFE_BLOCKS,
-    MAX_SHIFT_SAMPLES,
     MAX_SWAPPED_MISFIT_SHARE,
+    MIN_SIGN_SAMPLES,
     SMOOTHING_FACTORS,
     Signals,
     TimeShift,
@@ -104,7 +104,7 @@ def rate_misfit(signals: Signals, pair: RatePair, *, own: bool = True, lenient: 
     """
     rows, leader, follower = signals.rows, signals.smooth(pair.angle, 1)[signals.rows], signals.smooth(pair.rate)
     misfits = [1.0]
-    for k in range(-MAX_SHIFT_SAMPLES, MAX_SHIFT_SAMPLES + 1, 3):
+    for k in range(-signals.max_shift, signals.max_shift + 1, 3):
         c = np.cov(leader, follower[rows + k])
         if c[0, 0] <= 0 or c[1, 1] <= 0:
             continue
@@ -138,7 +138,7 @@ def find_range_in_degrees(log: Log, corrections: LogCorrections) -> tuple[list[F
 
 def find_rate_faults(log: Log, pair: RatePair, corrections: LogCorrections) -> tuple[list[Finding], Log]:
     """Compare a rate with the derivative of its angle in sign, scale and clock; the log returned has them agree."""
-    signals = uniform_signals(log, corrections.table.input, in_range=False)
+    signals = uniform_signals(log, corrections.table.input, in_range=False, least=MIN_SIGN_SAMPLES)
     if signals is None or not rate_matches_angle(signals, pair):
         return [], log
     signals, late = smooth_until_consistent(signals, pair)
@@ -149,7 +149,7 @@ def find_rate_faults(log: Log, pair: RatePair, corrections: LogCorrections) -> t
     if slopes[0] < 0:  # which of the two it is, the equations tell
         corrections.sign[pair.rate] = -1
         log = with_channel(log, pair.rate, -channel_values(log, pair.rate))
-    if late.share < MAX_RATE_NOISE_SHARE and late.is_significant(1.1):
+    if signals.is_long and late.share < MAX_RATE_NOISE_SHARE and late.is_significant(1.1):
         corrections.rate_delay_samples = late.samples
         log = with_channel_advanced(log, pair.rate, late.samples * signals.dt)
     return found, log
@@ -180,7 +180,8 @@ def rate_time_shift(signals: Signals, pair: RatePair) -> TimeShift:
     """Delay of a rate against the derivative of its angle."""
     rows, slope, rate = signals.rows, signals.smooth(pair.angle, 1), signals.smooth(pair.rate)
     ones = np.ones(len(rows))
-    return scan_time_shifts(lambda k: least_squares_residual(np.column_stack((rate[rows + k], ones)), slope[rows]))
+    residual = lambda k: least_squares_residual(np.column_stack((rate[rows + k], ones)), slope[rows])  # noqa: E731
+    return scan_time_shifts(residual, signals.max_shift)
 
 
 def find_rate_scale(

@@ -13,9 +13,12 @@ from wheelpend.logs.log import Log, gapless_ranges
 from wheelpend.numerics import gaussian_smoothed
 
 MAX_ANALYSED_SAMPLES = 40_000  # samples analysed for signs and clocks; of a longer log, those in its middle
-MIN_ANALYSED_SAMPLES = 250  # samples, below which nothing is concluded on signs and clocks
+MIN_ANALYSED_SAMPLES = 250  # samples, below which nothing is concluded on clocks, nor on signs of several places
+MIN_SIGN_SAMPLES = 100  # samples, below which nothing is concluded on the sign of one place, nor on the scale of a rate
+END_SAMPLES = 4  # of a stretch, that its uniform grid is shorter by at most
 MIN_STRETCH_SAMPLES = 100  # samples of a stretch that is looked at beside others
 MAX_SHIFT_SAMPLES = 30  # samples, the largest time shift looked for
+MAX_SHORT_SHIFT_SAMPLES = 10  # the same in a log that is too short for clocks: more of it is left
 MIN_SHIFT_SAMPLES = 2.5  # samples, the smallest time shift reported
 JACKKNIFE_BLOCKS = 8  # blocks of a log, of which the jackknife makes a standard error
 MIN_SMOOTHING_SIGMA_S = 0.03  # s, standard deviation of the finest Gaussian; at least 3 samples
@@ -35,6 +38,16 @@ class Signals(NamedTuple):
     smoothing_factor: float = 1.0  # of the smoothing, against the finest
 
     @property
+    def is_long(self) -> bool:
+        """True where there are enough samples to conclude anything on clocks."""
+        return len(self.voltage) >= MIN_ANALYSED_SAMPLES - END_SAMPLES
+
+    @property
+    def max_shift(self) -> int:
+        """The largest time shift that is looked for [samples]."""
+        return MAX_SHIFT_SAMPLES if self.is_long else MAX_SHORT_SHIFT_SAMPLES
+
+    @property
     def width(self) -> float:
         """Standard deviation of the smoothing Gaussian [s]."""
         return self.smoothing_factor * max(MIN_SMOOTHING_SIGMA_S, 3 * self.dt)
@@ -42,7 +55,7 @@ class Signals(NamedTuple):
     @property
     def rows(self) -> np.ndarray:
         """Indices of the samples that are used, clear of the ends, as dense as smoothing leaves information."""
-        margin = int(4 * self.width / self.dt) + MAX_SHIFT_SAMPLES + 1
+        margin = int(4 * self.width / self.dt) + self.max_shift + 1
         return np.arange(margin, len(self.voltage) - margin, max(int(0.5 * self.width / self.dt), 1))
 
     def smooth(self, name: str, order: int = 0) -> np.ndarray:
@@ -134,13 +147,15 @@ def block_sums(squares: np.ndarray) -> np.ndarray:
     return np.array([block.sum() for block in np.array_split(squares, JACKKNIFE_BLOCKS)])
 
 
-def scan_time_shifts(residual: Callable[[int], tuple[np.ndarray, float]]) -> TimeShift:
+def scan_time_shifts(residual: Callable[[int], tuple[np.ndarray, float]], most: int = MAX_SHIFT_SAMPLES) -> TimeShift:
     """Time shift of least squares; ``residual`` gives residuals and total power of a fit at a shift [samples].
+
+    Shifts of up to so many samples, ``most``, are looked at, of both signs.
 
     The standard error is that of the jackknife over JACKKNIFE_BLOCKS.
     """
     shares = []
-    for k in range(-MAX_SHIFT_SAMPLES, MAX_SHIFT_SAMPLES + 1):
+    for k in range(-most, most + 1):
         rest, power = residual(k)
         shares.append(block_sums(rest**2) / power)
     table = np.array(shares)  # (shifts, blocks)
@@ -148,14 +163,14 @@ def scan_time_shifts(residual: Callable[[int], tuple[np.ndarray, float]]) -> Tim
     replicates = [parabolic_minimum(total - table[:, b]) for b in range(JACKKNIFE_BLOCKS)]
     sigma = math.sqrt((JACKKNIFE_BLOCKS - 1) * float(np.var(replicates)))
     best = int(np.argmin(total))
-    gain = float(total[MAX_SHIFT_SAMPLES] / total[best])
+    gain = float(total[most] / total[best])
     return TimeShift(parabolic_minimum(total), sigma, gain, float(total[best]), table[best])
 
 
 def parabolic_minimum(costs: np.ndarray) -> float:
     """Shift [samples] of least cost, by a parabola through the three lowest neighbours."""
-    k = int(np.argmin(costs))
+    k, middle = int(np.argmin(costs)), len(costs) // 2
     if k in (0, len(costs) - 1):
-        return float(k - MAX_SHIFT_SAMPLES)
+        return float(k - middle)
     curvature = costs[k - 1] - 2 * costs[k] + costs[k + 1]
-    return k - MAX_SHIFT_SAMPLES + (float(0.5 * (costs[k - 1] - costs[k + 1]) / curvature) if curvature > 0 else 0.0)
+    return k - middle + (float(0.5 * (costs[k - 1] - costs[k + 1]) / curvature) if curvature > 0 else 0.0)

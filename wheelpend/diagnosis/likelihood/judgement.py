@@ -44,6 +44,7 @@ from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
 
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either part where both say much together
+ONE_STANDARD_ERROR = 0.317  # p-value of a size that is one standard error off nothing
 MIN_FORCE_SHARE = 1e-3  # of the drive on its row: below that a force is negligible
 MAX_SHARE = 10.0  # of the drive on its row, from which a force says that next to nothing drives it
 
@@ -76,12 +77,12 @@ class Judged(NamedTuple):
 
     @property
     def is_certain(self) -> bool:
-        """Physically possible, significant, and better in most blocks of held-out data.
+        """Possible, determined, significant, and better in most blocks of held-out data.
 
         The estimation data must discover it at 1 % and those held out confirm it at 5 %; or both say so at 5 %, and
         together at the product of these levels: where the ones say much the others may say less.
         """
-        return self.candidate.physical and self.is_followed
+        return self.candidate.is_possible and self.is_followed
 
     @property
     def is_followed(self) -> bool:
@@ -189,7 +190,8 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     falls, relative_falls = falls_over_segments(held_out, base.validated.residuals, residuals)
     rises, price = larger.point.rises_over(base.model.point), price_of_freedom(base.model, larger)
     worth = rises - price / len(rises)
-    discovery = min(1.0, _discovery(base.model, larger, fitted, effect, worth) * tests)
+    by_size = _p_value_of_size(larger, fitted, effect)
+    discovery = min(1.0, _discovery(base.model, larger, fitted, effect, by_size, worth) * tests)
     followed = _following(base, larger, predicted)
     follows, confirmation = followed.gains if followed else np.zeros(0), _confirmation(gains, relative_falls, followed)
     candidate = CandidateFit(
@@ -200,9 +202,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         blocks_agree=agreement(gains, falls, follows),
         error_after=error_after,
         equivalent_to=(),
-        physical=all(has_meaning(larger.problem, row, c) for c in in_logs)
-        and is_determined(row, own)
-        and rest_has_meaning(larger, fitted, effect),
+        physical=all(has_meaning(larger.problem, row, c) for c in in_logs) and rest_has_meaning(larger, fitted, effect),
         fit=fitted,
         per_log=per_log,
         p_discovery=discovery,
@@ -210,6 +210,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         held_out_gain=float(gains.sum()),
         in_sample_gain=0.5 * (base.model.point.deviance - larger.point.deviance),
         evidence=np.concatenate([worth, gains]),
+        determined=is_determined(row, own) and by_size < ONE_STANDARD_ERROR,
     )
     in_sample = base.model.deviance - larger.deviance
     forces = falls_of_force(base.model, larger)
@@ -241,18 +242,29 @@ def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float
     return float(total), float(max([total, *on_rows]))
 
 
-def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effect: str, in_sample: np.ndarray) -> float:
-    """P-value, not corrected, of an effect on the estimation data: the smaller of two tests, for both of them.
+def _p_value_of_size(larger: FilteredModel, fitted: Fit, effect: str) -> float:
+    """P-value, not corrected, of an effect's sizes against those at which it does nothing.
 
-    Its sizes against those at which it does nothing, and what it adds to effects that it replaces, with errors from the
-    scatter of blocks; and the rise of the log-likelihood of blocks ``in_sample`` (blocks,) [nats], by its scatter.
+    With errors from the scatter of blocks: the likelihood of data whose noise is not quite what the model says may rise
+    by much for an effect that each part of the log wants otherwise, or not at all.
     """
-    row, parts = larger.problem.effect(effect), larger.estimator.problem.count
+    row = larger.problem.effect(effect)
     sizes = [p for p in fitted.free if p.name in size_names(row)]
     deviation = deviation_from_absence(fitted, sizes, null_values(larger.problem, row))
+    return wald_p_value(fitted, sizes, deviation, parts=larger.estimator.problem.count)
+
+
+def _discovery(
+    smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effect: str, by_size: float, in_sample: np.ndarray
+) -> float:
+    """P-value, not corrected, of an effect on the estimation data: the smaller of two tests, for both of them.
+
+    Its sizes against those at which it does nothing, and what it adds to effects that it replaces; and the rise of the
+    log-likelihood of blocks ``in_sample`` (blocks,) [nats], by its scatter.
+    """
+    row, parts = larger.problem.effect(effect), larger.estimator.problem.count
     added = [added_p_value(larger.problem, row, fitted, s, parts) for s in smaller.problem.replaced(effect)]
-    by_size = max([wald_p_value(fitted, sizes, deviation, parts=parts), *added])
-    return min(1.0, 2.0 * min(by_size, one_sided_p_value(in_sample)))
+    return min(1.0, 2.0 * min(max([by_size, *added]), one_sided_p_value(in_sample)))
 
 
 def price_of_freedom(smaller: FilteredModel, larger: FilteredModel) -> float:
@@ -341,7 +353,7 @@ def certain_within(judged: Sequence[Judged], supported: Sequence[Judged], error_
 def _likely_besides(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:
     """Possible effects that data are likelier with, but for those that are supported."""
     names = {j.candidate.effect for j in supported}
-    return [j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.is_likelier]
+    return [j for j in judged if j.candidate.effect not in names and j.candidate.is_possible and j.is_likelier]
 
 
 def _stands_in_for(one: Judged, other: Judged) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from wheelpend.inspection.signals import MIN_ANALYSED_SAMPLES
 from wheelpend.reports.numbers import digits_text, number_text
 from wheelpend.reports.text.comparison import listed_text
 from wheelpend.reports.text.table import Table, TextBlocks
@@ -12,8 +13,6 @@ from wheelpend.reports.text.table import Table, TextBlocks
 if TYPE_CHECKING:
     from wheelpend.inspection.inspect import Inspection
     from wheelpend.logs.log import Log
-
-UNTESTED_SENTENCE = "Signs and clocks were not tested: that takes a longer stretch without a gap."
 
 
 def inspection_text(log: Log, result: Inspection) -> TextBlocks:
@@ -23,11 +22,17 @@ def inspection_text(log: Log, result: Inspection) -> TextBlocks:
     if result.proposal:
         yield f"Put this into model.toml:\n\n{result.proposal}"
     elif result.untested:
-        yield UNTESTED_SENTENCE
+        yield untested_sentence(result)
     elif not (result.findings or log.warnings):
         yield "Nothing odd was found."
     if result.sensors:
         yield f"By this log, the sensors are:\n\n{result.sensors}"
+
+
+def untested_sentence(result: Inspection) -> str:
+    """What a log is too short to tell."""
+    return (f"{' and '.join(result.untested).capitalize()} were not tested: that takes a stretch of "
+            f"{MIN_ANALYSED_SAMPLES} samples or more without a gap.")  # fmt: skip
 
 
 def summary_text(log: Log, result: Inspection) -> TextBlocks:

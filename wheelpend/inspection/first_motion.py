@@ -1,0 +1,47 @@
+"""Which way a machine with one place sets out from rest, and whether its input pushed it there.
+
+Where no gravity pulls, or it hangs, a machine at rest begins to move the way that its input goes. Equations with
+unknown friction and a constant force may fit a single step with either sign: what decays and what grows differ by a
+constant.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheelpend.inspection.findings import Finding, LogCorrections
+from wheelpend.inspection.sampling import place_noise
+from wheelpend.inspection.signals import channel_values
+from wheelpend.logs.checks import starts_at_rest
+from wheelpend.logs.log import Log
+
+FIRST_MOTION_SHARE = 0.02  # of the way from end to end, after which a machine has set out
+MIN_MOTION_SIGMAS = 8.0  # of the sensor's noise
+MIN_STRAIGHT_SHARE = 0.9  # of the way gone by then, that the place is away
+MIN_PUSH_SHARE = 0.2  # of the largest change of the input, that its mean change until then is
+
+
+def find_backward_start(log: Log, place: str, corrections: LogCorrections, *, hangs: bool) -> list[Finding]:
+    """The finding that a place moves against its input from rest; ``hangs`` where gravity holds it at first.
+
+    Then only a change of the input sets it in motion, else the input itself.
+    """
+    values, known = channel_values(log, place), np.isfinite(channel_values(log, place))
+    values, pushes = values[known], np.nan_to_num(log.voltage[known])
+    if values.size < 3 or not starts_at_rest(values):
+        return []
+    away = values - values[0]
+    gone = np.abs(away) > max(FIRST_MOTION_SHARE * float(np.ptp(values)), MIN_MOTION_SIGMAS * place_noise(values))
+    count = int(np.argmax(gone))
+    way = float(np.abs(np.diff(values[: count + 1])).sum())
+    if not gone.any() or abs(away[count]) < MIN_STRAIGHT_SHARE * way:
+        return []
+    change = pushes - pushes[0] if hangs else pushes
+    push, largest = change[:count], float(np.abs(change).max())
+    one_sided = push.min(initial=0.0) * push.max(initial=0.0) >= 0.0
+    if not one_sided or abs(push.mean()) < MIN_PUSH_SHARE * largest or push.mean() * away[count] >= 0.0:
+        return []
+    corrections.sign[place] = -corrections.sign.get(place, 1)
+    name = corrections.table.input
+    sentence = f"{place} sets out from rest against {name}: one of them counts the other way."
+    return [Finding("flipped_sign", place, sentence, f"Map {place} in [columns] with sign = -1.", None)]
