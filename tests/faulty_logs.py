@@ -43,6 +43,12 @@ def dropped(log: Log, share: float = 0.05, retimed: bool = False) -> Log:
     return replace(cut, t=np.arange(len(cut)) * log.dt) if retimed else cut
 
 
+def rounded_times(log: Log, rows_per_row: float = 1.44) -> Log:
+    """Times rounded down to the steps of a clock, of which so many pass from row to row."""
+    step = log.dt / rows_per_row
+    return replace(log, t=step * np.floor(rows_per_row * np.arange(len(log)) + 1e-9))
+
+
 def jittering_stamps(log: Log, share: float = 0.1) -> Log:
     """Times that jitter by a share of an interval, though the samples are even."""
     off = np.random.default_rng(RNG_SEED).uniform(-1, 1, len(log))

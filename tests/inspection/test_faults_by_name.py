@@ -52,6 +52,7 @@ FAULTS = {
     "a sign": lambda: turned("theta_w", -1),
     "columns interchanged": interchanged,
     "rows dropped": lambda: faulty.dropped(faulty.clean()),
+    "times rounded to a coarse clock": lambda: faulty.rounded_times(faulty.clean()),
     "rows dropped, times made uniform": lambda: faulty.dropped(faulty.clean(), retimed=True),
     "stamps jitter, sampling does not": lambda: faulty.jittering_stamps(faulty.clean()),
     "sampling jitters, stamps do not": lambda: faulty.jittering_samples(faulty.clean()),

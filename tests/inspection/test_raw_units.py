@@ -60,6 +60,15 @@ def test_rows_that_were_lost_are_counted(share):
     assert finding.size == pytest.approx(share, rel=0.25)
 
 
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.45])
+def test_an_even_clock_rounded_to_a_coarse_one_lost_no_rows(share):
+    log = faulty.rounded_times(faulty.clean(), 1.0 + share)
+    (finding,) = dropped_rows(log)
+    assert finding.kind == "rounded_times" and finding.size == pytest.approx(faulty.clean().dt / (1.0 + share))
+    (lost,) = dropped_rows(faulty.dropped(faulty.clean(), share))
+    assert lost.kind == "dropped_rows"
+
+
 def test_the_step_of_an_interchanged_encoder_goes_to_the_channel_that_it_is():
     log = faulty.clean()
     swapped = faulty.with_columns(log, theta_w=faulty.column(log, "theta_p"), theta_p=faulty.column(log, "theta_w"))

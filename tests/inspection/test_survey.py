@@ -10,9 +10,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.support import simulated
-from wheelpend import Failure
+from wheelpend import Failure, Model
 from wheelpend.inspection.column_names import inputs_among, is_called_rate, kind_by_name, stated_unit
 from wheelpend.inspection.file_values import continuous
+from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.plant_fit import toml_value
 from wheelpend.inspection.proposal import Proposal, propose
 from wheelpend.inspection.survey import survey_file
@@ -438,3 +439,16 @@ def test_a_cart_is_called_x_and_its_pole_theta(tmp_path):
     columns = pole_on_a_cart(hanging=False)
     file = {"t": columns["t"], "U": columns["u"], "X": columns["x"], "Theta": columns["angle"]}
     assert proposed(written(tmp_path / "log.csv", file))[1]["plant"] == "cart_pole"
+
+
+def test_a_rate_of_a_log_too_short_for_derivatives_sums_up_to_its_place(tmp_path):
+    t = 0.0065 * np.arange(119)
+    place = np.round(353.0 * (t - 0.1 * (1.0 - np.exp(-t / 0.1)))) - 68124.0
+    rate = np.round(353.0 * (1.0 - np.exp(-t / 0.1)))
+    path = tmp_path / "step.csv"
+    path.write_text("\n".join(f"60;{a:.6f};{r:g};{p:g}" for a, r, p in zip(t, rate, place, strict=True)) + "\n")
+    look = first_look(path, "slide")
+    assert (look.survey.column("column 3").role, look.survey.column("column 3").of) == ("rate", "column 4")
+    columns = Model.parse(look.model).columns
+    assert columns["dx"].column == "column 3" and columns["dx"].scale == columns["x"].scale == pytest.approx(0.0174533)
+    assert "the rate" in look.guesses["dx"], "what is guessed of the place is said of its rate"

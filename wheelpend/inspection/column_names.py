@@ -125,6 +125,16 @@ def inputs_among(names: Sequence[str]) -> list[str]:
     return [n for n in called or stated if not contains(n, SUPPLY_NAMES)]
 
 
+def is_likely_input(name: str) -> bool:
+    """True of a column that is the input where no other is called so: a short name, or a command in its words."""
+    return name.lower() == "v" or (contains(name, ("cmd", "motor", "effort", "ctrl")) and not is_read_at_motor(name))
+
+
+def is_command(name: str) -> bool:
+    """True of a column that is called an input, or is one where no other is called so."""
+    return bool(inputs_among([name])) or is_likely_input(name)
+
+
 def is_read_at_motor(name: str) -> bool:
     """True of a column that is called after a motor, but for what is measured there: its encoder, its speed."""
     return "motor" in words_of(name) and has_word(name, (*SENSOR_NAMES, *RATE_NAMES))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
 
+from wheelpend.inspection.column_names import has_word, is_command, stated_unit, words_of
+
+ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 MAX_COPY_DEVIATION = 2e-4  # of its largest value, by which a column is off another one times a factor
 MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
@@ -27,28 +30,48 @@ def counter_sentence(name: str, values: np.ndarray, t: np.ndarray) -> str:
     return ""
 
 
-def copies_among(values: Mapping[str, np.ndarray], states_unit: Callable[[str], object]) -> dict[str, str]:
-    """Columns (N,) that are another one times a factor, with a sentence on it.
+def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """Columns (N,) that are another one times a factor, or that from a constant, with a sentence on it.
 
-    Of two the one that states a unit is kept. Not where the factor is 1, or minus that: two motors may have the same
-    command.
+    Of two the one that states a unit is kept, else one that is not called an error. Not where they are the same but for
+    the sign: two motors may have the same command. A command is no copy of what is read: a controller made it from that.
     """
     found: dict[str, str] = {}
     moving = [n for n, v in values.items() if np.isfinite(v).all() and np.ptp(v) > 0.0]
-    for a, b in combinations(sorted(moving, key=lambda n: not states_unit(n)), 2):
-        if a in found or b in found or (states_unit(a) and states_unit(b)):
+    for a, b in combinations(sorted(moving, key=lambda n: (not stated_unit(n), has_word(n, ERROR_NAMES))), 2):
+        if a in found or b in found or (stated_unit(a) and stated_unit(b)) or _may_control(a, b):
             continue
         every = max(1, len(values[a]) // MAX_COMPARED_SAMPLES)
-        factor = _factor_between(values[a][::every], values[b][::every]) and _factor_between(values[a], values[b])
-        if factor and abs(abs(factor) - 1.0) > MAX_COPY_DEVIATION:
-            found[b] = f"{b} is {factor:.4g} times {a} throughout: the same once more, and left out."
+        if not _line_between(values[a][::every], values[b][::every]):
+            continue
+        if (line := _line_between(values[a], values[b])) and line != (1.0, 0.0) and line != (-1.0, 0.0):
+            found[b] = f"{b} is {_line_text(line, a)} throughout: the same once more, and left out."
     return found
 
 
-def _factor_between(one: np.ndarray, other: np.ndarray) -> float:
-    """The factor by which values (N,) are other ones; 0 where they are not."""
-    factor = float(one @ other) / (float(one @ one) or 1.0)
-    return factor if np.abs(other - factor * one).max() < MAX_COPY_DEVIATION * np.abs(other).max() else 0.0
+def _may_control(one: str, other: str) -> bool:
+    """True of a command and of what is not called so at all: a controller may have made the one from the other."""
+    return is_command(one) != is_command(other) and not {*words_of(one)} & {*words_of(other)}
+
+
+def _line_between(one: np.ndarray, other: np.ndarray) -> tuple[float, float] | None:
+    """Factor and constant by which values (N,) are made of other ones; None where they are not.
+
+    A factor of 1 or -1 is just that within the tolerance, and a constant of 0.
+    """
+    within, away, level = MAX_COPY_DEVIATION * float(np.ptp(other)), one - one.mean(), float(other.mean())
+    factor = float(away @ (other - level)) / (float(away @ away) or 1.0)
+    if within == 0.0 or np.abs(other - level - factor * away).max() >= within:
+        return None
+    constant = level - factor * float(one.mean())
+    same = abs(abs(factor) - 1.0) <= MAX_COPY_DEVIATION
+    return float(np.sign(factor)) if same else factor, 0.0 if abs(constant) < within else constant
+
+
+def _line_text(line: tuple[float, float], name: str) -> str:
+    factor, constant = line
+    times = name if abs(factor) == 1.0 else f"{abs(factor) if constant else factor:.4g} times {name}"
+    return f"{constant:.4g} {'-' if factor < 0.0 else '+'} {times}" if constant else times
 
 
 def deviation_from_line(x: np.ndarray, y: np.ndarray) -> float:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,9 +22,10 @@ from wheelpend.inspection.column_names import (
     stated_factor,
     stated_unit,
 )
+from wheelpend.inspection.kinematics import sum_misfit
 from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
-from wheelpend.inspection.survey import Survey
+from wheelpend.inspection.survey import MAX_SUM_MISFIT_SHARE, Survey
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, ColumnTable
 
 USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
@@ -67,6 +69,22 @@ def guess_units(
         else:
             guess = None  # the equations of motion say it
         found |= {name: guess} if guess else {}
+    return found | guess_rates(survey, table, columns, found)
+
+
+def guess_rates(
+    survey: Survey, table: ColumnTable, columns: Mapping[str, str], places: Mapping[str, Guess]
+) -> dict[str, Guess]:
+    """Guesses of rates that state no unit: that of the place whose unit was guessed, where they sum up to it."""
+    found, t = dict[str, Guess](), survey.values["t"]
+    for name, place in table.rates.items():
+        column, of = columns.get(name, ""), columns.get(place, "")
+        if place not in places or stated_unit(column) or column not in survey.values or of not in survey.values:
+            continue
+        if sum_misfit(survey.values[of], survey.values[column], t, scales=(1.0,)) < MAX_SUM_MISFIT_SHARE:
+            guessed = places[place].column
+            unit = f"{guessed.unit}/s" if guessed.unit else ""
+            found[name] = Guess(replace(guessed, column=column, unit=unit), f"that of {of}, of which it is the rate")
     return found
 
 

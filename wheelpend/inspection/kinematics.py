@@ -28,6 +28,8 @@ from wheelpend.logs.log import Log
 
 MAX_RATE_NOISE_SHARE = 2e-4  # unexplained share up to which noise, fed back by the controller, cannot look like a shift
 MIN_RATE_CORRELATION = 0.8  # correlation of a rate and the derivative of its angle from which they are compared
+ANGLE_SCALES = (1.0, DEGREES_PER_RADIAN, 1 / DEGREES_PER_RADIAN)  # of a rate against its angle: units of either
+MIN_SUMMED_SAMPLES = 30  # of a rate, from which on its sum is compared with a place
 
 
 class RatePair(NamedTuple):
@@ -114,9 +116,24 @@ def rate_misfit(signals: Signals, pair: RatePair, *, own: bool = True, lenient: 
     return min(misfits)
 
 
-def is_rate(size: float, slack: float) -> bool:
+def sum_misfit(place: np.ndarray, rate: np.ndarray, t: np.ndarray, scales: Sequence[float] = ANGLE_SCALES) -> float:
+    """Share of a place's variance (N,) that a rate, summed over the times, leaves; 1 where its size is not a rate's.
+
+    That is within a quarter of one of these scales of it: the same unit, degrees, or of degrees.
+    """
+    known = np.isfinite(place) & np.isfinite(rate)
+    if known.sum() < MIN_SUMMED_SAMPLES:
+        return 1.0
+    summed = np.concatenate(([0.0], np.cumsum(0.5 * (rate[known][1:] + rate[known][:-1]) * np.diff(t[known]))))
+    c = np.cov(summed, place[known])
+    if c[0, 0] <= 0.0 or c[0, 1] <= 0.0 or not is_rate(c[0, 0] / c[0, 1], 1.25, scales):
+        return 1.0
+    return float(1.0 - c[0, 1] ** 2 / (c[0, 0] * c[1, 1]))
+
+
+def is_rate(size: float, slack: float, scales: Sequence[float] = ANGLE_SCALES) -> bool:
     """True where a signal of this size over an angle's derivative may be its rate, in rad or in degrees."""
-    return any(1 / slack < size / scale < slack for scale in (1.0, DEGREES_PER_RADIAN, 1 / DEGREES_PER_RADIAN))
+    return any(1 / slack < size / scale < slack for scale in scales)
 
 
 def find_range_in_degrees(log: Log, corrections: LogCorrections) -> tuple[list[Finding], Log]:

@@ -17,6 +17,8 @@ from wheelpend.logs.white_noise import difference_noise
 MIN_DROPPED_SHARE = 1e-3  # share of the rows, from which on missing ones are named
 WHOLE_INTERVAL_TOLERANCE = 0.15  # of an interval, by which a multiple of the usual one may be off
 MIN_WHOLE_PER_BETWEEN = 3.0  # whole multiples for each interval just between two: an irregular clock gives about one
+WALK_ROWS = 36.0  # variance of the rows lost in a window [rows²], by which lost rows and rounded times are told apart
+MAX_ROUNDED_SCATTER = 0.75  # of the usual interval, by which rounded times scatter: lost rows leave more than 1
 FAST_STEP_SIGMAS = 8.0  # a step that tells its time is so many times its scatter
 NEIGHBOUR_STEPS = 9  # steps whose median says how fast the place moves
 MIN_DOUBLE_STEPS = 20  # steps twice as long as their neighbours, from which on rows were dropped
@@ -53,9 +55,40 @@ def dropped_rows(log: Log) -> list[Finding]:
     if share < MIN_DROPPED_SHARE or skips.sum() < MIN_WHOLE_PER_BETWEEN * between.sum():
         return []
     multiples = f"{int(skips.sum())} intervals are whole multiples of the usual one"
+    if times_are_rounded(ratio, missing / len(ratio)):
+        return [rounded_times(log)]
     sentence = f"{100 * share:.2g} % of the rows are missing: {multiples}."
     cure = "The times are right, but the input within such intervals is not known: log every row, or average over more."
     return [Finding("dropped_rows", "t", sentence, cure, share)]
+
+
+def times_are_rounded(ratio: np.ndarray, excess: float) -> bool:
+    """True where intervals (N,), as multiples of the usual one, are those of an even clock rounded to it.
+
+    The times then keep to a straight line; where rows were lost at random they go away from it as a random walk does.
+    """
+    window = int(WALK_ROWS / max(excess * (1.0 - excess), 1e-9))
+    times = np.concatenate(([0.0], np.cumsum(ratio)))
+    if (
+        not 0.0 < excess < 1.0
+        or window > len(times)
+        or np.abs(ratio - np.round(ratio)).max() > WHOLE_INTERVAL_TOLERANCE
+    ):
+        return False
+    parts = times[: len(times) // window * window].reshape(-1, window)
+    rows = np.arange(window) - 0.5 * (window - 1)
+    centred = parts - parts.mean(axis=1, keepdims=True)
+    rest = centred - np.outer(centred @ rows / (rows @ rows), rows)
+    return float(np.median(rest.std(axis=1))) < MAX_ROUNDED_SCATTER
+
+
+def rounded_times(log: Log) -> Finding:
+    """The finding that times are whole steps of a clock that is coarser than the sampling."""
+    interval = log.duration / (len(log) - 1)
+    sentence = (f"The times are rounded to {1e3 * log.dt:.3g} ms, while a row comes every {1e3 * interval:.4g} ms: no "
+                "row need be missing.")  # fmt: skip
+    cure = "Log finer times (µs), or give each row its number times that interval."
+    return Finding("rounded_times", "t", sentence, cure, log.dt)
 
 
 def fast_steps(log: Log, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -19,6 +19,8 @@ from wheelpend.inspection.column_names import (
     has_word,
     inputs_among,
     is_called_rate,
+    is_command,
+    is_likely_input,
     is_no_place,
     is_read_at_motor,
     kind_by_name,
@@ -29,7 +31,7 @@ from wheelpend.inspection.column_names import (
 )
 from wheelpend.inspection.counters import copies_among, counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
-from wheelpend.inspection.kinematics import RatePair, rate_misfit
+from wheelpend.inspection.kinematics import RatePair, rate_misfit, sum_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
@@ -45,6 +47,7 @@ from wheelpend.numerics import gaussian_smoothed
 
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
+MAX_SUM_MISFIT_SHARE = 0.01  # of a place's variance, that the sum of its rate leaves in a log too short for derivatives
 COMPUTED_SHARE = 0.9  # of a rate's scatter that a filter of its angle gives, from which on it was computed
 ROUNDING_SHARE = 0.4  # the same where the angle scatters by little more than its rounding: no motion is shared then
 MAX_ROUNDING_GROWTH = 3.0  # of the scatter of an angle's slope over what rounding makes of it, for that
@@ -137,12 +140,12 @@ def survey_file(path: Path) -> Survey:
     check_time(path.name, raw)
     t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1]
     counters = {n: text for n, v in values.items() if (text := beside_clock(n, v, t))}
-    copies = copies_among({n: v for n, v in values.items() if n not in counters}, stated_unit)
+    copies = copies_among({n: v for n, v in values.items() if n not in counters})
     no_reading = counters | copies
     log = analysed(path.name, t, moving_columns(path, {n: v for n, v in values.items() if n not in no_reading}))
     moving = dict(zip(log.channels, log.measured.T, strict=True))
     signals = uniform_signals(log, "", in_range=False, all_needed=False)
-    roles = roles_of(moving, signals, gapless_ranges(log, 0, len(t)))
+    roles = roles_of(moving, t, signals, gapless_ranges(log, 0, len(t)))
     roles |= dict.fromkeys(counters, ("counter", "")) | dict.fromkeys(copies, ("copy", ""))
     roles |= held_inputs(values, moving, roles)
     columns = [column_of(clock.column, "time", "", raw, "")]
@@ -184,7 +187,7 @@ def column_of(name: str, role: str, of: str, values: np.ndarray, remark: str) ->
 
 
 def roles_of(
-    values: dict[str, np.ndarray], signals: Signals | None, ranges: Sequence[tuple[int, int]]
+    values: dict[str, np.ndarray], t: np.ndarray, signals: Signals | None, ranges: Sequence[tuple[int, int]]
 ) -> dict[str, tuple[str, str]]:
     """Role of each column that changes, and of rates and references the position: by names, then by what they do.
 
@@ -196,7 +199,7 @@ def roles_of(
     roles: dict[str, tuple[str, str]] = dict.fromkeys(inputs_among(list(values)), ("input", ""))
     seldom = {n for n in values if signals is not None and n not in signals.channels}
     free = [n for n in values if n not in roles and n not in seldom and may_be_sensor(n)]
-    roles |= rates_among(free, signals)
+    roles |= rates_by_sum(free, values, t) if signals is None else rates_among(free, signals)
     if not any(r == "input" for r, _ in roles.values()):
         roles |= {n: ("input", "") for n in free if is_likely_input(n) and n not in roles}
     roles |= unnamed_roles(free, values, roles, places)
@@ -230,19 +233,28 @@ def unnamed_roles(
 
 def is_unnamed(name: str) -> bool:
     """True of an input whose name did not say that it is one."""
-    return not (inputs_among([name]) or is_likely_input(name) or name.startswith(NAMELESS_PREFIX))
+    return not (is_command(name) or name.startswith(NAMELESS_PREFIX))
 
 
-def is_likely_input(name: str) -> bool:
-    """True of a column that is the input where no other is called so: a short name, or a command in its words."""
-    return name.lower() == "v" or (contains(name, ("cmd", "motor", "effort", "ctrl")) and not is_read_at_motor(name))
+def possible_rates(names: list[str]) -> list[tuple[str, str]]:
+    """Pairs of columns of which the second may be the rate of the first by what their names state."""
+    pairs = permutations(names, 2)
+    return [(a, b) for a, b in pairs if kind_by_name(a) != "rate" and kind_by_name(b) != "position"]
 
 
-def rates_among(names: list[str], signals: Signals | None) -> dict[str, tuple[str, str]]:
+def rates_by_sum(names: list[str], values: dict[str, np.ndarray], t: np.ndarray) -> dict[str, tuple[str, str]]:
+    """Columns that give others when they are summed over the time, with these: of a log too short for derivatives."""
+    found: dict[str, tuple[str, str]] = {}
+    misfit = {(a, b): sum_misfit(values[a], values[b], t) for a, b in possible_rates(names)}
+    for a, b in sorted(misfit, key=lambda p: misfit[p]):
+        if misfit[a, b] < MAX_SUM_MISFIT_SHARE and a not in found and b not in found:
+            found[b] = ("rate", a)
+    return found
+
+
+def rates_among(names: list[str], signals: Signals) -> dict[str, tuple[str, str]]:
     """Columns that are derivatives of others, with these."""
-    if signals is None:
-        return {}
-    pairs = [(a, b) for a, b in permutations(names, 2) if kind_by_name(a) != "rate" and kind_by_name(b) != "position"]
+    pairs = possible_rates(names)
     misfit = {(a, b): rate_misfit(signals, RatePair(a, b), own=False) for a, b in pairs}
     misfit |= {(a, b): rate_misfit(signals, RatePair(a, b), lenient=True) for a, b in misfit
                if is_called_rate(b) and not is_called_rate(a) and misfit[a, b] == 1.0}  # fmt: skip
