@@ -148,14 +148,6 @@ def test_a_file_of_no_plant_is_refused_with_what_its_columns_are(tmp_path):
         first_look(tmp_path / "log.csv")
 
 
-def test_a_file_without_a_clock_is_refused(tmp_path):
-    np.savetxt(
-        tmp_path / "log.csv", np.random.default_rng(1).normal(size=(100, 2)), delimiter=",", header="a,b", comments=""
-    )
-    with pytest.raises(Failure, match="must be the time"):
-        survey_file(tmp_path / "log.csv")
-
-
 def test_sections_are_joined_key_by_key():
     joined = with_cures(
         'plant = "slide"\n[columns]\nx = { column = "q" }\n',

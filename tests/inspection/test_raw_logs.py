@@ -67,6 +67,8 @@ RAW = {
     "PWM counts under a name that says nothing": lambda: {"t": axis()["t"], "x": axis()["x"], "m": full_duty()},
     "a counter of rows": lambda: {"n": ROWS, **axis()},
     "a copy of a column": lambda: axis(u_counts=21.25 * axis()["u"]),
+    "no times": lambda: {n: v for n, v in axis().items() if n != "t"},
+    "a control error beside the reading": lambda: axis(err=0.5 - axis()["x"]),
     "a second clock": lambda: {n: v[KEPT] for n, v in axis(device_time=5.0 + 1e3 * axis()["t"]).items()},
     "a controller on the sign of the rate": sign_law,
 }

@@ -20,6 +20,7 @@ from wheelpend.cli.options import (
     CampaignTask,
     CampaignTau,
     CampaignThen,
+    Interval,
     Json,
     ModelFile,
     PlantFile,
@@ -31,6 +32,7 @@ from wheelpend.cli.options import (
     open_model,
     parse_tau,
 )
+from wheelpend.errors import Failure
 from wheelpend.reports.console import (
     exit_on_failure,
     print_line,
@@ -174,6 +176,7 @@ def inspect_(
     log: Annotated[Path, typer.Argument(help="Measurement file.")],
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
+    interval: Interval = None,
     json: Json = None,
 ) -> None:
     """Rate, jitter, gaps, ranges and noise of a log; time shifts, flipped signs; proposes [columns] and [sensors].
@@ -182,12 +185,16 @@ def inspect_(
     """
     # imported late: the list of commands needs neither logs nor NumPy
     from wheelpend.inspection.inspect import inspect_file
+    from wheelpend.logs.columns import ROW_NUMBER
     from wheelpend.reports.text.inspection import inspection_text
 
     with exit_on_failure(json):
         if model == DEFAULT_MODEL_PATH and not model.exists():
-            inspect_without_model(log, plant, json)
+            inspect_without_model(log, plant, interval, json)
             return
+        if interval is not None:
+            raise Failure("--interval must come without a model, which says itself what the times are: set them by "
+                          f"`wheelpend set 'columns.t.column={ROW_NUMBER}' columns.t.scale={interval:g}`.")  # fmt: skip
         opened = open_model(model, plant)
         with progress("reading"):
             loaded, result = inspect_file(opened, log)
@@ -225,7 +232,7 @@ def split(
         asked.say_next("how well the model predicts what was held out", "compare")
 
 
-def inspect_without_model(log: Path, plant: Path | None, json: str | None) -> None:
+def inspect_without_model(log: Path, plant: Path | None, interval: float | None, json: str | None) -> None:
     """Look at a log where there is no model, for a plant of the user's own where one is named."""
     # imported late, as above
     from wheelpend.inspection.first_look import first_look
@@ -233,11 +240,12 @@ def inspect_without_model(log: Path, plant: Path | None, json: str | None) -> No
     from wheelpend.reports.text.first_look import first_look_text
 
     with progress("reading"):
-        look = first_look(log, plant_name(str(plant)) if plant else "")
+        look = first_look(log, plant_name(str(plant)) if plant else "", interval)
     findings = look.inspection.findings if look.inspection else ()
     warnings = look.log.warnings if look.log else ()
     print_warnings([w for w in warnings if not any(f.sentence in w for f in findings)])
     print_result(look, json, lambda: print_text(first_look_text(look)))
     if look.model and not look.refusal:
         asked = Asked((), (), DEFAULT_MODEL_PATH, plant, json)
-        asked.say_next("a workspace that begins with this", "new", "robot", "--from", str(log))
+        own = ("--interval", f"{interval:g}") if interval else ()
+        asked.say_next("a workspace that begins with this", "new", "robot", "--from", str(log), *own)

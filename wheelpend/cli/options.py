@@ -33,6 +33,10 @@ OptionalLogs = Annotated[
 ]
 RefitLogs = Annotated[list[Path] | None, typer.Argument(help="Logs to refit on.", show_default=False)]
 ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
+Interval = Annotated[
+    float | None,
+    typer.Option("--interval", metavar="S", min=1e-9, help="Seconds from row to row, of a log without usable times."),
+]
 Json = Annotated[
     str | None, typer.Option("--json", metavar="FILE", help="Write the result as JSON; '-' is standard output.")
 ]

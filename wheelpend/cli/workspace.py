@@ -10,7 +10,7 @@ import typer
 from derive import plants
 from wheelpend.cli.app import app
 from wheelpend.cli.next_step import Asked
-from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model, opened_to_change
+from wheelpend.cli.options import DEFAULT_MODEL_PATH, Interval, Json, ModelFile, PlantFile, open_model, opened_to_change
 from wheelpend.errors import Failure
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, progress
 
@@ -33,6 +33,7 @@ def new(
         Path | None,
         typer.Option("--from", metavar="LOG", help="As `inspect` proposes for this log.", show_default=False),
     ] = None,
+    interval: Interval = None,
 ) -> None:
     """Start a workspace with the paper's model, another plant's, or as a log suggests: model.toml and generated/."""
     # imported late, as in every command: the list of commands needs neither tomlkit nor SymPy
@@ -42,18 +43,20 @@ def new(
     with exit_on_failure(), progress("deriving the model"):
         workspace.check_new(folder)
         name = plant_name(plant) if plant else ""
-        text = proposed_text(log, name) if log else ""
+        if interval and not log:
+            raise Failure("--interval must come with --from LOG, whose rows it is between.")
+        text = proposed_text(log, name, interval) if log else ""
         model = workspace.create(folder, name or plants.DEFAULT_PLANT, text)
         again = f" --plant {plant}" if plant and plant.endswith(".py") else ""
         then = f"compare {log.resolve()}" if log else "simulate -o log.csv"
         print_line(f"Started {model.path} with its generated code. Try `wheelpend {then}{again}` there.")
 
 
-def proposed_text(log: Path, plant: str) -> str:
+def proposed_text(log: Path, plant: str, interval: float | None) -> str:
     """The model.toml that inspection proposes for a log; raises Failure where the log cannot be read so."""
     from wheelpend.inspection.first_look import first_look  # imported late, as above
 
-    look = first_look(log, plant)
+    look = first_look(log, plant, interval)
     if look.refusal and not look.proposal.missing:
         raise Failure(look.refusal)
     for name, advice in look.proposal.missing.items():

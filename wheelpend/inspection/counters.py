@@ -34,7 +34,7 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
     """Columns (N,) that are another one times a factor, or that from a constant, with a sentence on it.
 
     Of two the one that states a unit is kept, else one that is not called an error. Not where they are the same but for
-    the sign: two motors may have the same command. A command is no copy of what is read: a controller made it from that.
+    the sign: two motors may have the same command. A command is no copy of what is read: a controller made it.
     """
     found: dict[str, str] = {}
     moving = [n for n, v in values.items() if np.isfinite(v).all() and np.ptp(v) > 0.0]

@@ -45,11 +45,14 @@ class FirstLook(NamedTuple):
         }
 
 
-def first_look(path: Path, plant: str = "") -> FirstLook:
-    """Look at a log without a model, or for a plant only; raises Failure where no plant has its columns."""
+def first_look(path: Path, plant: str = "", interval: float | None = None) -> FirstLook:
+    """Look at a log without a model, or for a plant only; raises Failure where no plant has its columns.
+
+    ``interval`` [s] is that from row to row, of a log whose times are missing or of no use.
+    """
     if plant:
         call_look_up(plants.find, plant)
-    survey = survey_file(path)
+    survey = survey_file(path, interval)
     proposal = propose(survey, plant)
     try:
         log, inspection = inspect_file(Model.parse(proposal.text), path)

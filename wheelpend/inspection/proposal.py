@@ -193,7 +193,7 @@ def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnM
         if name != column or stated not in ("", own):
             maps[name] = ColumnMap(column, stated if stated != own else "")
     if survey.clock.column != "t" or survey.clock.unit not in ("", "s"):
-        maps["t"] = ColumnMap(survey.clock.column, survey.clock.unit if survey.clock.unit != "s" else "")
+        maps["t"] = replace(survey.clock, unit=survey.clock.unit if survey.clock.unit != "s" else "")
     references = [r for r in survey.of_role("reference") if best.table.reference]
     references.sort(key=lambda r: not survey.column(r).of)
     if references and best.table.reference not in references:

@@ -22,12 +22,10 @@ from wheelpend.inspection.column_names import (
     is_command,
     is_likely_input,
     is_no_place,
-    is_read_at_motor,
     kind_by_name,
     may_be_sensor,
     stated_base,
     stated_factor,
-    stated_unit,
 )
 from wheelpend.inspection.counters import copies_among, counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
@@ -36,12 +34,12 @@ from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import check_time, starts_at_rest
-from wheelpend.logs.columns import TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
+from wheelpend.logs.columns import ROW_NUMBER, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
 from wheelpend.logs.log import gapless_ranges
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
-from wheelpend.logs.read import find_time_column, open_file
-from wheelpend.logs.tables import check_length, scalars_of
+from wheelpend.logs.read import clock_rank, find_time_column, open_file
+from wheelpend.logs.tables import Table, check_length, scalars_of
 from wheelpend.logs.white_noise import difference_noise
 from wheelpend.numerics import gaussian_smoothed
 
@@ -52,6 +50,7 @@ COMPUTED_SHARE = 0.9  # of a rate's scatter that a filter of its angle gives, fr
 ROUNDING_SHARE = 0.4  # the same where the angle scatters by little more than its rounding: no motion is shared then
 MAX_ROUNDING_GROWTH = 3.0  # of the scatter of an angle's slope over what rounding makes of it, for that
 MIN_ENCODER_COUNTS = 100  # of a turn
+USUAL_INTERVAL_S = 1e-3  # from row to row, of a file that says nothing of its times
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
 COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
@@ -97,6 +96,7 @@ class Survey(NamedTuple):
     values: dict[str, np.ndarray]
     scalars: dict[str, float]
     stretches: tuple[Signals, ...] = ()  # without a gap, short ones too
+    is_clock_made_up: bool = False  # True where the rows are counted, and nobody said how long each is
 
     def of_role(self, role: str) -> list[str]:
         """Names of the columns of a role, in the file's order."""
@@ -121,24 +121,23 @@ class Survey(NamedTuple):
         return stated_base(name) or ("rad" if shown else "")
 
 
-def survey_file(path: Path) -> Survey:
-    """What each column of a file is; raises Failure where it has no time that grows."""
+def survey_file(path: Path, interval: float | None = None) -> Survey:
+    """What each column of a file is; raises Failure where a column that is called a time does not grow.
+
+    ``interval`` [s] is that from row to row, of a file whose times are missing or of no use.
+    """
     file, path = open_file(path), Path(path)
     values = numeric_columns(path, file)
     if not values:
         raise Failure(f"{path.name}: a log must have columns of numbers; it has none. It needs a header row and "
                       "one row per sample.")  # fmt: skip
     check_length(path.name, len(next(iter(values.values()))))
-    likely = next((n for n in values if n == "t" or contains(n, TIME_ALIASES)), "")
-    clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
-    if clock is None and likely:
-        check_time(path.name, values[likely])  # says in which row it does not grow
-    if clock is None:
-        raise Failure(f"{path.name}: one column must be the time, growing from row to row; none of {', '.join(values)} "
-                      f"does. {times_cure(values)}")  # fmt: skip
-    raw = values.pop(clock.column)
+    found = None if interval else own_clock(path, file, values)
+    clock = found or ColumnMap(ROW_NUMBER, "s", scale=interval or USUAL_INTERVAL_S)
+    raw = values.pop(clock.column, None)
+    raw = np.arange(1.0, len(next(iter(values.values()))) + 1.0) if raw is None else raw
     check_time(path.name, raw)
-    t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1]
+    t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1] * clock.scale
     counters = {n: text for n, v in values.items() if (text := beside_clock(n, v, t))}
     copies = copies_among({n: v for n, v in values.items() if n not in counters})
     no_reading = counters | copies
@@ -156,7 +155,25 @@ def survey_file(path: Path) -> Survey:
         remark = no_reading.get(name, remark)
         remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
-    return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path), all_signals(log))
+    made_up = found is None and not interval
+    signals_of = {**moving, "t": t}
+    return Survey(path.name, tuple(columns), clock, signals, signals_of, scalars_of(path), all_signals(log), made_up)
+
+
+def own_clock(path: Path, file: Table, values: Mapping[str, np.ndarray]) -> ColumnMap | None:
+    """The column (N,) that is the time; None where none looks like one.
+
+    Raises Failure where one is called so but does not grow from row to row, and where one grows only now and then, as
+    stamps of arrival do, or falls evenly.
+    """
+    likely = next((n for n in values if n == "t" or contains(n, TIME_ALIASES)), "")
+    clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
+    if clock is None and likely:
+        check_time(path.name, values[likely])  # says in which row it does not grow
+    if clock is None and (cure := times_cure(values)):
+        raise Failure(f"{path.name}: one column must be the time, growing from row to row; none of {', '.join(values)} "
+                      f"does. {cure}")  # fmt: skip
+    return clock
 
 
 def beside_clock(name: str, values: np.ndarray, t: np.ndarray) -> str:
@@ -295,14 +312,21 @@ def lead_samples(follower: np.ndarray, leader: np.ndarray) -> int:
 
 
 def times_cure(values: Mapping[str, np.ndarray]) -> str:
-    """What to do about a file in which no column grows from row to row."""
+    """What to do about a file with stamps that do not grow from row to row; nothing where it has none."""
     for name, stamps in values.items():
         steps = np.diff(stamps)
-        if np.isfinite(stamps).all() and (steps >= 0).all() and (steps > 0).sum() >= MIN_PLACES:
+        if not np.isfinite(stamps).all():
+            continue
+        if (steps >= 0).all() and (steps > 0).sum() >= MIN_PLACES:
+            if (steps[::2] == 0).all() and (steps[1::2] > 0).all():
+                return (f"Every time of {name} is there twice: if two sensors take turns, keep the rows of one, every "
+                        "second row.")  # fmt: skip
             return (f"{name} grows, but stays the same in {np.count_nonzero(steps == 0)} rows: if it is when rows "
-                    "arrived, that were sampled one after the other, number the rows in its place; else add the "
-                    "times.")  # fmt: skip
-    return "Sort the rows, or add the times."
+                    "arrived, that were sampled one after the other, say how many seconds are from row to row: "
+                    "--interval S; else add the times.")  # fmt: skip
+        if (steps <= 0).all() and (steps < 0).sum() >= MIN_PLACES and clock_rank(-steps[steps < 0]) == 0:
+            return f"{name} falls evenly: if it is the time, sort the rows by it."
+    return ""
 
 
 def is_called_place(name: str) -> bool:

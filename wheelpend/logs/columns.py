@@ -42,6 +42,7 @@ UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
     "kN": ("N", 1e3),
 }
 TIME_ALIASES = ("time", "timestamp", "stamp", "sec")  # other names of columns; only used to propose a mapping
+ROW_NUMBER = "row number"  # stands for a column that counts the rows, in a log without a clock
 INPUT_ALIASES = (
     "volt", "input", "motor", "command", "u", "ua", "u_a", "vir", "effort", "torque", "tau", "force", "current", "pwm",
     "duty",
@@ -239,8 +240,11 @@ def missing_columns_text(
 ) -> str:
     """Message that lists the source's columns and the lines of a model.toml that would map them."""
     guesses = guess_columns([n for n in names if n not in used], absent, table)
+    counted = f't = {{ column = "{ROW_NUMBER}", scale = 0.001 }}  # without a clock: the seconds from row to row'
     lines = [
         f'{name} = {{ column = "{guesses[name] or "..."}"{unit_entry(table.units[name], guesses[name])} }}'
+        if guesses[name] or name != "t"
+        else counted
         for name in guesses
     ]
     nameless = all(n == f"column {k}" for k, n in enumerate(names, 1))

@@ -15,7 +15,8 @@ class Finding(NamedTuple):
     rectified, friction_like_input, spikes, jump or filtered. ``size`` is the time of a time_shift (positive
     for a late sensor and for an input that acts late), of the longest gap, of all stand_still and lying together and of
     a seam [s]; the factor of wrong_unit; the turn of wrapped_angle; the ceiling of saturation; the share of dropped
-    rows; the step of rounded times and the jitter [s]; by how much the largest of spikes is off, or the sensor jumps [unit of the channel].
+    rows; the step of rounded times and the jitter [s]; by how much the largest of spikes is off, or the sensor jumps
+    [unit of the channel].
     """
 
     kind: str

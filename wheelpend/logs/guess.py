@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, ColumnTable, guess_columns, guess_unit
-from wheelpend.logs.read import find_time_column, open_file
+from wheelpend.logs.read import find_time_column, numbered, open_file
 from wheelpend.logs.tables import Table
 
 
@@ -18,7 +18,7 @@ def guess_column_maps(path: Path, columns: Mapping[str, ColumnMap], table: Colum
     the unit that gives a plausible sample interval.
     """
     path = Path(path)
-    file = open_file(path)
+    file = numbered(open_file(path), columns)
     known = {n: columns[n].column if n in columns else n for n in table.names}
     absent = [n for n in table.required if known[n] not in file.names and n not in file.names]
     free = [n for n in file.names if n not in known.values()]

@@ -27,6 +27,7 @@ from wheelpend.logs.checks import (
 )
 from wheelpend.logs.columns import (
     DEFAULT_TABLE,
+    ROW_NUMBER,
     UNIT_CONVERSIONS,
     ColumnMap,
     ColumnSource,
@@ -38,7 +39,7 @@ from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
-from wheelpend.logs.tables import Table, check_length, open_table, read_file_head
+from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
 from wheelpend.logs.unwrap import make_continuous
 from wheelpend.numerics import last_true
 
@@ -73,6 +74,7 @@ def load_log(
 
 def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], table: ColumnTable) -> Log:
     """The log of a file's columns, or of columns in memory; raises Failure when they cannot be used."""
+    file = numbered(file, columns)
     sources, notes = find_sources(log_name, file.names, table, columns, file.units, file.kind)
     raw_t, columns_by_name = read_scaled_columns(log_name, file, sources, table)
     for name in table.required[1:]:
@@ -101,7 +103,7 @@ def signals_of_file(
 
     Raises Failure where a column is missing or is no number, or the times do not grow.
     """
-    file = open_file(path)
+    file = numbered(open_file(path), columns)
     sources, _ = find_sources(path.name, file.names, table, columns, file.units, file.kind)
     raw_t, signals = read_scaled_columns(path.name, file, sources, table)
     unwrap_positions(signals, raw_t, table)
@@ -109,6 +111,11 @@ def signals_of_file(
         if source.offset:
             signals[name] = signals[name] + source.offset
     return (raw_t - raw_t[0]) * sources["t"].factor, signals
+
+
+def numbered(file: Table, columns: Mapping[str, ColumnMap]) -> Table:
+    """A table with its rows' numbers as a column, where that is what the times are mapped to."""
+    return with_row_numbers(file) if "t" in columns and columns["t"].column == ROW_NUMBER else file
 
 
 def read_scaled_columns(

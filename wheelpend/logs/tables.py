@@ -15,6 +15,7 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.files import read_errors, refuse_special_file
+from wheelpend.logs.columns import ROW_NUMBER
 from wheelpend.logs.csv_text import SNIFFED_BYTES, CsvLayout, csv_layout, find_encoding, first_line
 
 MIN_LOG_SAMPLES = 20  # rows
@@ -34,6 +35,19 @@ class Table(NamedTuple):
     read_on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = None
     units: Mapping[str, str] = {}  # by name, where the file has a row of units
     kind: str = "file"  # of source, as sentences call it
+
+
+def with_row_numbers(file: Table) -> Table:
+    """A table with the numbers of its rows as a column more; as it is where it has one of that name."""
+    if ROW_NUMBER in file.names or file.read_on_one_clock:
+        return file
+
+    def read(wanted: list[str]) -> dict[str, np.ndarray]:
+        own = file.read([n for n in wanted if n != ROW_NUMBER] or file.names[:1])
+        counted = np.arange(1.0, len(next(iter(own.values()))) + 1.0)
+        return {n: counted if n == ROW_NUMBER else own[n] for n in wanted}
+
+    return file._replace(names=[*file.names, ROW_NUMBER], read=read)
 
 
 def open_table(path: Path) -> Table:

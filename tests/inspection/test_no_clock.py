@@ -1,0 +1,76 @@
+"""A log whose times are missing, or of no use: its rows are counted."""
+
+import numpy as np
+import pytest
+
+from tests.support import run
+from wheelpend import Failure, Model
+from wheelpend.inspection.first_look import first_look
+from wheelpend.inspection.survey import survey_file
+from wheelpend.logs.read import load_log
+from wheelpend.logs.tables import ROW_NUMBER
+
+T = 0.025 * np.arange(300)
+ANGLE = np.round(0.5 * np.cos(5.0 * T) * np.exp(-0.1 * T), 4)
+
+
+def write(path, **columns):
+    rows = zip(*columns.values(), strict=True)
+    path.write_text("\n".join([",".join(columns), *(",".join(f"{v:.10g}" for v in row) for row in rows)]) + "\n")
+    return path
+
+
+def test_rows_are_counted_where_no_column_is_the_time_and_that_is_marked_as_a_guess(tmp_path):
+    look = first_look(write(tmp_path / "log.csv", angle=ANGLE))
+    assert f't = {{ column = "{ROW_NUMBER}", scale = 0.001 }}  # guessed: no column is the time' in look.model
+    assert look.log is not None and look.log.dt == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("interval", [0.025, 1e-3])
+def test_the_seconds_from_row_to_row_that_are_said_are_no_guess(tmp_path, interval):
+    look = first_look(write(tmp_path / "log.csv", angle=ANGLE), interval=interval)
+    assert "t" not in look.guesses and Model.parse(look.model).columns["t"].scale == interval
+    assert look.log.dt == pytest.approx(interval) and look.survey.column(ROW_NUMBER).role == "time"
+
+
+def test_a_log_is_read_by_them_in_a_model_and_in_memory_also_beside_stamps_of_no_use(tmp_path):
+    model = Model.parse(f'plant = "pendulum"\n\n[columns]\nt = {{ column = "{ROW_NUMBER}", scale = 0.025 }}\n')
+    stamps = np.repeat(T[::2], 2)
+    path = write(tmp_path / "log.csv", t=stamps, theta_1=ANGLE)
+    for source in (path, {"theta_1": ANGLE}):
+        log = load_log(source, model.columns, model.table)
+        np.testing.assert_allclose(log.t, T, atol=1e-12)
+    own = load_log({ROW_NUMBER: 2.0 * np.arange(300.0), "theta_1": ANGLE}, model.columns, model.table)
+    np.testing.assert_allclose(own.t, 2.0 * T, atol=1e-12)
+
+
+def test_a_model_without_them_is_told_how(tmp_path):
+    with pytest.raises(Failure, match=f't = {{ column = "{ROW_NUMBER}", scale = 0.001 }}'):
+        load_log(write(tmp_path / "log.csv", theta_1=ANGLE), {}, Model.parse('plant = "pendulum"\n').table)
+
+
+def test_nothing_is_made_up_where_a_column_looks_like_times(tmp_path):
+    pairs = write(tmp_path / "pairs.csv", a=1e6 + np.repeat(T[::2], 2), b=ANGLE)
+    with pytest.raises(
+        Failure, match="Every time of a is there twice: if two sensors take turns, keep the rows of one"
+    ):
+        survey_file(pairs)
+    arrival = write(tmp_path / "arrival.csv", a=np.floor(T / 0.04), b=ANGLE)
+    with pytest.raises(Failure, match="a grows, but stays the same in .* rows.* --interval S"):
+        survey_file(arrival)
+    assert survey_file(arrival, 0.025).clock.column == ROW_NUMBER
+    falling = write(tmp_path / "falling.csv", a=1e3 - T, b=ANGLE)
+    with pytest.raises(Failure, match="a falls evenly: if it is the time, sort the rows by it"):
+        survey_file(falling)
+
+
+def test_commands_take_the_interval_where_there_is_no_model_yet(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "log.csv", angle=ANGLE)
+    assert "new robot --from log.csv --interval 0.025" in run("inspect", "log.csv", "--interval", "0.025").output
+    run("new", "robot", "--from", "log.csv", "--interval", "0.025")
+    assert Model.open(tmp_path / "robot").columns["t"].scale == 0.025
+    monkeypatch.chdir(tmp_path / "robot")
+    refused = run("inspect", "../log.csv", "--interval", "0.025", code=1)
+    assert f"set 'columns.t.column={ROW_NUMBER}' columns.t.scale=0.025" in refused.output.replace("\n", " ")
+    assert "--from LOG" in run("new", "../other", "--interval", "0.025", code=1).output
