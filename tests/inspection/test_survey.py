@@ -452,3 +452,10 @@ def test_a_rate_of_a_log_too_short_for_derivatives_sums_up_to_its_place(tmp_path
     columns = Model.parse(look.model).columns
     assert columns["dx"].column == "column 3" and columns["dx"].scale == columns["x"].scale == pytest.approx(0.0174533)
     assert "the rate" in look.guesses["dx"], "what is guessed of the place is said of its rate"
+
+
+def test_what_sums_up_to_a_place_in_another_size_is_no_rate_of_it(tmp_path):
+    t = 0.01 * np.arange(100)
+    place, other = np.sin(4.0 * t), 12.0 * np.cos(4.0 * t)  # three times its rate: a second place
+    survey = survey_file(written(tmp_path / "log.csv", {"t": t, "a": place, "b": other}))
+    assert [survey.column(n).role for n in "ab"] == ["position", "position"]
