@@ -14,8 +14,15 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.prediction import RUNAWAY_RESIDUAL_SIGMAS, prediction_error, sum_of_squares
-from wheelpend.estimation.segments import DataSplit
-from wheelpend.estimation.validation import calibrated_values, fit_percent, validation_residuals, with_amplitude
+from wheelpend.estimation.segments import DataSplit, Segments
+from wheelpend.estimation.validation import (
+    calibrated_values,
+    fit_percent,
+    unpredicted_share,
+    validation_residuals,
+    with_amplitude,
+)
+from wheelpend.logs.log import Log
 
 
 @pytest.fixture(scope="module")
@@ -189,3 +196,17 @@ def test_the_last_third_is_that_of_what_is_used_where_a_hand_holds_the_machine_a
     (log,), first = problem.logs, held + (8.0 - held) * 2 / 3
     assert first - 0.1 < log.t[min(samples(problem.data.validation[0].part))] < first + 0.55
     assert held <= log.t[min(samples(problem.data.estimation[0]))] < held + 0.3
+
+
+def test_the_share_of_the_motion_that_is_missed_leaves_out_what_goes_on_as_it_began():
+    t = 0.01 * np.arange(200)
+    swing = np.sin(6.0 * t)
+    log = Log("made", t, np.zeros((200, 0)), np.column_stack([5.0 + 3.0 * t + swing]), ("x",), rates={})
+    part = Segments(log, np.array([0.1]), np.array([[0, 100], [100, 200]]))
+    straight = swing.copy()
+    for a, b in part.bounds:
+        straight[a:b] -= np.polyval(np.polyfit(t[a:b], swing[a:b], 1), t[a:b])
+    for missed in (0.0, 0.5, 1.0):
+        share = unpredicted_share([part], [missed * straight[:, None] / 0.1])
+        assert share == pytest.approx(missed**2, abs=1e-12)
+    assert unpredicted_share([], []) is None

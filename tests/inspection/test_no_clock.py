@@ -30,7 +30,8 @@ def test_rows_are_counted_where_no_column_is_the_time_and_that_is_marked_as_a_gu
 def test_the_seconds_from_row_to_row_that_are_said_are_no_guess(tmp_path, interval):
     look = first_look(write(tmp_path / "log.csv", angle=ANGLE), interval=interval)
     assert "t" not in look.guesses and Model.parse(look.model).columns["t"].scale == interval
-    assert look.survey.values["t"][1] == pytest.approx(interval) == look.log.dt and look.survey.column(ROW_NUMBER).role == "time"
+    assert look.survey.values["t"][1] == pytest.approx(interval) == look.log.dt
+    assert look.survey.column(ROW_NUMBER).role == "time"
 
 
 def test_a_log_is_read_by_them_in_a_model_and_in_memory_also_beside_stamps_of_no_use(tmp_path):

@@ -1,5 +1,6 @@
 """What is left to chance, in words."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,7 @@ from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.diagnosis.structures import Structure
 from wheelpend.estimation.estimate import Estimate
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError
+from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.identification.widening import Widening
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.text.effect_sizes import moved_size_text
@@ -24,6 +26,7 @@ from wheelpend.reports.text.verdict import (
     MOSTLY_CHANCE_SENTENCE,
     UNCERTAIN_SENTENCE,
     closing_sentence,
+    evidence_text,
     repeating_text,
     verdict_beside_force_text,
 )
@@ -164,10 +167,10 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
             effect=effect, error_after=error_after, is_possible=is_possible, coefficients=coefficients
         )
 
-    def said(*refitted, structures=()):
+    def said(*refitted, structures=(), unknown=False):
         found = SimpleNamespace(
             error=35.0, noise_floor=1.0, verdict="unexplained", remainder=Remainder({"wheel": force(share=share)}),
-            refitted=refitted, structures=structures,
+            refitted=refitted, structures=structures, leaves_unknown=unknown,
             horizon_s=0.5, problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
         return verdict_beside_force_text(found)
@@ -175,6 +178,7 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     best = said(tried("slope", 12.0), tried("viscous_drive", 8.0), tried("backlash", 2.0, is_possible=False))
     assert best.startswith(what) and ("improbable" in best) == (share < 0.5)
     assert "With viscous_drive the held-out error falls from 35 to 8" in best and "not certain" in best
+    assert ("rather a law of these signals than chance" in said(unknown=True)) == (share < 0.5)
     assert "With" not in said(tried("slope", 30.0)) and "With" not in said()
     alike = said(tried("stribeck_drive", 7.99), tried("coulomb_asymmetry", 8.0), tried("coulomb_drive", 8.01))
     assert "With coulomb_drive the held-out error falls" in alike  # of equally good ones the simplest
@@ -198,17 +202,21 @@ def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
 
 
 def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
-    def said(share, *, by_likelihood=True, error=35.0):
+    def said(share, *, by_likelihood=True, error=35.0, verdict="unexplained"):
         last = SimpleNamespace(
             by_likelihood=by_likelihood, named=(), remainder=Remainder({"wheel": force(share=share)}), refitted=(),
-            error=error, noise_floor=1.0, structures=(),
+            error=error, noise_floor=1.0, structures=(), leaves_unknown=False,
             problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
-        return closing_sentence(SimpleNamespace(verdict="unexplained", last=last))
+        return closing_sentence(SimpleNamespace(verdict=verdict, last=last))
 
     assert said(0.8).startswith("Most of the motion is still left to chance.")
     assert said(0.2).startswith("Something is still missing that no effect of the library accounts for.")
     assert said(0.2, by_likelihood=False, error=1.01) == UNCERTAIN_SENTENCE  # sensor noise is reached
+    ambiguous = said(0.2, verdict="ambiguous")
+    assert ambiguous.startswith(
+        "Nothing more that repeats is missing, but a step was ambiguous; what remains is left to"
+    )
     assert said(0.2, by_likelihood=False) == "Something is still missing that no effect of the library accounts for."
 
 
@@ -230,3 +238,18 @@ def test_the_missing_force_on_a_row_has_the_unit_of_that_row():
         missing_force_text(SimpleNamespace(where=where, problem=problem, missing=[missing]), plant_units_of(model))
     )
     assert "on the cart row: 1 N rms" in said[-2] and "on the pole row: 1 N m rms" in said[-1]
+
+
+@pytest.mark.parametrize(("after", "gain", "told"), [(217.0, 230.0, True), (113.0, 230.0, False), (217.0, None, False)])
+def test_a_step_that_raises_the_held_out_error_says_why_it_is_kept(after, gain, told):
+    step = SimpleNamespace(
+        p_value=1e-9, error_before=114.0, error_after=after, blocks_agree="19/20", held_out_gain=gain
+    )
+    assert ("likelier with it from row to row, by 230 nats" in evidence_text(step)) == told
+
+
+def test_a_force_that_moves_next_to_nothing_is_not_most_of_the_motion():
+    left = Remainder({"wheel": force(share=1.6)})
+    shares = (None, 0.02, 0.24, 0.26, 4.0)
+    found = [is_mostly_chance(replace(left, unpredicted=share)) for share in shares]
+    assert found == [True, False, False, True, True] and not is_mostly_chance(Remainder({"wheel": force(share=0.4)}))

@@ -28,7 +28,7 @@ from wheelpend.estimation.segments import Segments, ValidationData
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
-from wheelpend.estimation.validation import calibrated_values, fit_percent
+from wheelpend.estimation.validation import calibrated_values, fit_percent, unpredicted_share
 from wheelpend.identification.filter_error_method import remainder_at_point
 from wheelpend.identification.inverse_dynamics import force_error_and_bursts
 from wheelpend.identification.remainder import Remainder
@@ -158,6 +158,7 @@ def compare(
         where = where_it_shows(compared.own_problem, missing, fitted)
     judged = tuple(_errors_of(label, other, begun, validation, progress) for label, other in others.items())
     left, tests, untold = chance_and_tests(compared.own_problem, log_values, progress)
+    left = left and replace(left, unpredicted=unpredicted_share(log_segments, residuals))
     return Comparison(
         error=error,
         noise_floor=problem.floor,

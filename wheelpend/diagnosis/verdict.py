@@ -23,6 +23,7 @@ from wheelpend.diagnosis.structures import (
     RoundEvidence,
     Structure,
     probability_of,
+    probability_of_none,
     probability_of_nothing_seen,
     structures,
 )
@@ -33,7 +34,7 @@ from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.noise_alarm import overstated_noise
 from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.estimation.problem import EstimationProblem, simpler_effects
-from wheelpend.estimation.validation import fit_percent
+from wheelpend.estimation.validation import fit_percent, unpredicted_share, validation_residuals
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings, undetermined_warnings
@@ -42,6 +43,7 @@ from wheelpend.notebook import DrawnResult, ResultTable
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 
+MAX_UNKNOWN_PROBABILITY = 0.5  # that something is missing which no effect is, where it is said that nothing is
 MIN_NOTHING_PROBABILITY = 0.05  # with which nothing may be missing, where nothing is certain to be
 CANDIDATE_COLUMNS = {**ESTIMATE_COLUMNS, "p_value": float, "probability": float}  # of tables of effects
 
@@ -148,6 +150,11 @@ class Diagnosis(DrawnResult):
         return self.named[0].p_rest if self.named else self.p_rest
 
     @property
+    def leaves_unknown(self) -> bool:
+        """It is likelier than not that something is missing which no effect is."""
+        return probability_of_none(self.p_value_of_rest) > MAX_UNKNOWN_PROBABILITY
+
+    @property
     def is_explained(self) -> bool:
         """Nothing but noise is left, with the first candidate where there is one; or a force that no law predicts."""
         if self.by_likelihood:
@@ -252,6 +259,10 @@ def with_remainder(found: Diagnosis, *, progress: Progress = lambda text: None) 
         progress("measuring what is left to chance")
         values = [found.fit.of_log(k) for k in range(len(problem.logs))]
         left, warnings = remainder_or_warning(refitted_remainder, problem, values)
+        _, residuals = validation_residuals(problem, found.fit)
+        left = left and replace(
+            left, unpredicted=unpredicted_share([v.part for v in problem.data.validation], residuals)
+        )
     undetermined = undetermined_warnings(problem.module, problem.plant, parameter_table(problem, found.fit))
     said = (*found.warnings, *warnings, *remainder_warnings(left, problem.plant), *undetermined)
     return replace(found, remainder=left, warnings=said)

@@ -81,6 +81,26 @@ def validation_values(problem: EstimationProblem, fitted: Fit, validation: Valid
     return calibrated_values(problem, validation.calibration, fitted.of_log(0), names)
 
 
+def unpredicted_share(parts: Sequence[Segments], residuals: Sequence[np.ndarray]) -> float | None:
+    """Share of the motion's mean square in segments of logs that a model misses, by its residuals (N, channels).
+
+    The motion is what a segment does besides moving on as fast as it begins, which needs no model: what a straight line
+    leaves of a place, and a constant of a rate [σ]. None without any.
+    """
+    missed, moved = 0.0, 0.0
+    for part, residual in zip(parts, residuals, strict=True):
+        log = part.log
+        for begin, end in part.bounds:
+            missed += sum_of_squares(residual[begin:end])
+            for number, channel in enumerate(log.channels):
+                known = np.flatnonzero(np.isfinite(log.measured[begin:end, number])) + begin
+                degree = 0 if channel in log.rates else 1
+                if len(known) > degree + 1:
+                    t, values = log.t[known] - log.t[begin], log.measured[known, number] / part.sigma[number]
+                    moved += float(((values - np.polyval(np.polyfit(t, values, degree), t)) ** 2).sum())
+    return missed / moved if moved > 0.0 else None
+
+
 def fit_percent(problem: EstimationProblem, residuals: list[np.ndarray]) -> dict[str, float]:
     """100 (1 − NRMSE) of each channel over the validation segments, the training segments where there are none."""
     found = {}

@@ -22,6 +22,7 @@ from wheelpend.identification.remainder import Remainder
 from wheelpend.kernels.kernel_module import KernelModule
 
 LARGE_FORCE_SHARE = 0.5  # of the modelled forces on a row: from there on chance has more weight than they
+LARGE_UNPREDICTED_SHARE = 0.25  # of the motion's mean square over the horizon, half of its size: the model misses it
 MAX_INERTIA_RATIO = 2.0  # of two estimates of an inertia, beyond which one of them is wrong
 MAX_KNOWN_SIGMA_SHARE = 0.5  # of its value, standard error up to which a parameter is known: 95 % end before zero
 MIN_DISAGREEMENT_SIGMAS = 2.0  # standard errors of both together, within which two estimates agree
@@ -29,9 +30,14 @@ BOUND_TOLERANCE_SIGMAS = 1e-6  # standard errors: by chance no estimate comes so
 
 
 def is_mostly_chance(left: Remainder | None) -> bool:
-    """True where chance pushes with half the weight of all that is modelled, or more: the model says little."""
+    """True where chance pushes with half the weight of all that is modelled, or more, and the model predicts little.
+
+    A force that changes from sample to sample may be large and move next to nothing.
+    """
     force = left.strongest if left else None
-    return force is not None and force.share_of_drive >= LARGE_FORCE_SHARE
+    if left is None or force is None or force.share_of_drive < LARGE_FORCE_SHARE:
+        return False
+    return left.unpredicted is None or left.unpredicted >= LARGE_UNPREDICTED_SHARE
 
 
 def remainder_warnings(left: Remainder | None, plant: PlantSignature) -> tuple[str, ...]:

@@ -37,6 +37,7 @@ from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
 from wheelpend.diagnosis.negligible import negligible_sentences
 from wheelpend.diagnosis.verdict import Diagnosis, structurally_equivalent
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.validation import unpredicted_share
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 
 PLAY_REASON = "depends on every contact before, and is judged only where sensor noise is reached with it"
@@ -250,22 +251,25 @@ def _diagnosis(
     named = tuple(j.candidate for j in supported)
     impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
     missing = base.model.smoothed_forces()
+    unpredicted = unpredicted_share([v.part for v in problem.data.validation], base.validated.residuals)
     play = {e.name: PLAY_REASON for e in problem.candidates() if isinstance(e.enters, InternalPlay)}
     if named:
-        verdict, remainder = "ambiguous" if named[0].equivalent_to else "effect_missing", base.model.remainder()
+        verdict = "ambiguous" if named[0].equivalent_to else "effect_missing"
+        remainder = replace(base.model.remainder(), unpredicted=unpredicted)
     else:
         progress("looking for what repeats")
-        remainder = searched_remainder(base.model, judged)
+        remainder = replace(searched_remainder(base.model, judged), unpredicted=unpredicted)
         left = remainder.what_repeats or is_mostly_chance(remainder)
         verdict = "unexplained" if left else "nothing_missing"
-    found = Diagnosis.of(problem, base.validated, verdict, [*named, *impossible])
+    found = replace(Diagnosis.of(problem, base.validated, verdict, [*named, *impossible]), remainder=remainder)
+    if verdict == "nothing_missing" and found.leaves_unknown:
+        found = replace(found, verdict="unexplained")
     return replace(
         found,
-        detectable=detectable_sizes(base.model) if verdict == "nothing_missing" else {},
+        detectable=detectable_sizes(base.model) if found.verdict == "nothing_missing" else {},
         where=where_it_shows(problem, missing, found.fit),
         not_judged={**found.not_judged, **play},
         missing=missing,
         refitted=tuple(j.candidate for j in judged),
-        remainder=remainder,
         by_likelihood=True,
     )

@@ -43,6 +43,10 @@ UNCERTAIN_SENTENCE = (
     "That nothing is missing is improbable, but these data make no effect certain: the probabilities say which ones "
     "are likely, and a longer log with more motion will tell."
 )
+UNKNOWN_LAW_SENTENCE = (
+    "What is left is rather a law of these signals than chance, but no function of them is certain to be it: a longer "
+    "log with more motion will tell."
+)
 MAX_PART_SHARE = 0.995  # of a force's mean square, above which a function of it is no part
 MIN_LIKELY_FALL = 0.2  # relative, of the held-out error, with which an effect that is not certain is worth a word
 MIN_LIKELY_PROBABILITY = 0.5  # with which such an effect is missing, to be the one to try
@@ -89,8 +93,10 @@ def rest_beside_force_text(result: Diagnosis) -> str:
     """What is known of something that no effect accounts for beside a random force, in sentences."""
     if has_repeating(result.remainder):
         rest = repeating_text(result.remainder, result.problem.plant)
+    elif is_mostly_chance(result.remainder):
+        rest = MOSTLY_CHANCE_SENTENCE
     else:
-        rest = MOSTLY_CHANCE_SENTENCE if is_mostly_chance(result.remainder) else UNCERTAIN_SENTENCE
+        rest = UNKNOWN_LAW_SENTENCE if result.leaves_unknown else UNCERTAIN_SENTENCE
     return " ".join(filter(None, (rest, likely_text(result))))
 
 
@@ -175,9 +181,10 @@ def force_place_text(place: str, ports: Mapping[str, PortSpec]) -> str:
 
 def closing_sentence(result: Ladder) -> str:
     """What a ladder ends with, in a sentence or two."""
-    if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
-        if result.verdict == "nothing_missing":
-            return f"Nothing more that repeats is missing; {chance_sentence(result.last.remainder)}"
+    if result.last.by_likelihood and not result.last.named:
+        if result.verdict in ("nothing_missing", "ambiguous"):
+            step = ", but a step was ambiguous" if result.verdict == "ambiguous" else ""
+            return f"Nothing more that repeats is missing{step}; {chance_sentence(result.last.remainder)}"
         chance = not has_repeating(result.last.remainder) and is_mostly_chance(result.last.remainder)
         what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
         return f"{what} {rest_beside_force_text(result.last)}".strip()
@@ -270,7 +277,13 @@ def evidence_text(step: Step) -> str:
     fall = relative_fall_text(step.error_before, step.error_after)
     p_value = "" if step.p_value is None else f"p = {p_value_text(step.p_value)}"
     agreement = "" if step.blocks_agree is None else f"{step.blocks_agree} blocks agree"
-    return "; ".join(filter(None, (p_value, fall, agreement))) + "."
+    told = "; ".join(filter(None, (p_value, fall, agreement))) + "."
+    rises = is_number(step.error_before) and direction_text(step.error_before, step.error_after) == "rises"
+    if not rises or not step.held_out_gain or step.held_out_gain <= 0.0:
+        return told
+    return (f"{told} It is kept because what is held out is likelier with it from row to row, by "
+            f"{digits_text(step.held_out_gain, 3)} nats: over the horizon, where a random force adds up, that need not "
+            "show.")  # fmt: skip
 
 
 def force_change_text(before: float, after: float) -> str:
