@@ -459,3 +459,16 @@ def test_what_sums_up_to_a_place_in_another_size_is_no_rate_of_it(tmp_path):
     place, other = np.sin(4.0 * t), 12.0 * np.cos(4.0 * t)  # three times its rate: a second place
     survey = survey_file(written(tmp_path / "log.csv", {"t": t, "a": place, "b": other}))
     assert [survey.column(n).role for n in "ab"] == ["position", "position"]
+
+
+@pytest.mark.parametrize(("name", "role"), [("gyro", "rate"), ("b", "position")])
+def test_what_is_called_a_rate_is_one_in_any_size_and_its_size_is_told(name, role, tmp_path):
+    t = 0.04 * np.arange(133)
+    place, rate = np.cos(2.6 * t), -26.0 * np.sin(2.6 * t)  # a clock that runs ten times too slow
+    look = first_look(
+        written(tmp_path / "log.csv", {"t": t, "theta": place, name: rate}), "pendulum" if role == "rate" else ""
+    )
+    assert look.survey.column(name).role == role
+    told = [f for f in (look.inspection.findings if look.inspection else ()) if f.kind == "wrong_unit"]
+    assert bool(told) == (role == "rate")
+    assert all("10 times the derivative" in f.sentence and "and of the times" in f.cure for f in told)

@@ -119,14 +119,15 @@ def rate_misfit(signals: Signals, pair: RatePair, *, own: bool = True, lenient: 
 def sum_misfit(place: np.ndarray, rate: np.ndarray, t: np.ndarray, scales: Sequence[float] = ANGLE_SCALES) -> float:
     """Share of a place's variance (N,) that a rate, summed over the times, leaves; 1 where its size is not a rate's.
 
-    That is within a quarter of one of these scales of it: the same unit, degrees, or of degrees.
+    That is within a quarter of one of these scales of it: the same unit, degrees, or of degrees. Without any every size
+    may be, of either sign.
     """
     known = np.isfinite(place) & np.isfinite(rate)
     if known.sum() < MIN_SUMMED_SAMPLES:
         return 1.0
     summed = np.concatenate(([0.0], np.cumsum(0.5 * (rate[known][1:] + rate[known][:-1]) * np.diff(t[known]))))
     c = np.cov(summed, place[known])
-    if c[0, 0] <= 0.0 or c[0, 1] <= 0.0 or not is_rate(c[0, 0] / c[0, 1], 1.25, scales):
+    if c[0, 0] <= 0.0 or c[1, 1] <= 0.0 or (scales and not is_rate(c[0, 0] / (c[0, 1] or np.inf), 1.25, scales)):
         return 1.0
     return float(1.0 - c[0, 1] ** 2 / (c[0, 0] * c[1, 1]))
 
@@ -228,7 +229,7 @@ def find_rate_scale(
         size, cure = DEGREES_PER_RADIAN, f'Map {name} in [columns] with unit = "{unit}".'
         sentence += f": {name} looks like {unit}."
     else:
-        name, size, cure = pair.rate, factor, "Find out the unit of each and convert the column."
+        name, size, cure = pair.rate, factor, "Find out the unit of each, and of the times, and convert the column."
         sentence += f"; they cannot both be in {own} and {own}/s."
     correct, scale = (name, DEGREES_PER_RADIAN) if name == pair.angle else (pair.rate, factor)
     return [Finding("wrong_unit", name, sentence, cure, size)], with_channel(

@@ -29,7 +29,7 @@ from wheelpend.inspection.column_names import (
 )
 from wheelpend.inspection.counters import copies_among, counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
-from wheelpend.inspection.kinematics import RatePair, rate_misfit, sum_misfit
+from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
@@ -262,7 +262,8 @@ def possible_rates(names: list[str]) -> list[tuple[str, str]]:
 def rates_by_sum(names: list[str], values: dict[str, np.ndarray], t: np.ndarray) -> dict[str, tuple[str, str]]:
     """Columns that give others when they are summed over the time, with these: of a log too short for derivatives."""
     found: dict[str, tuple[str, str]] = {}
-    misfit = {(a, b): sum_misfit(values[a], values[b], t) for a, b in possible_rates(names)}
+    sizes: dict[bool, tuple[float, ...]] = {False: ANGLE_SCALES, True: ()}  # what is called a rate may have any
+    misfit = {(a, b): sum_misfit(values[a], values[b], t, sizes[is_called_rate(b)]) for a, b in possible_rates(names)}
     for a, b in sorted(misfit, key=lambda p: misfit[p]):
         if misfit[a, b] < MAX_SUM_MISFIT_SHARE and a not in found and b not in found:
             found[b] = ("rate", a)
