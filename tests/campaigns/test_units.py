@@ -119,6 +119,7 @@ def test_a_drift_over_dates_is_found():
     assert (drift.unit, drift.parameter) == ("a", "X1") and drift.per_day == pytest.approx(0.02)
 
 
+@pytest.mark.slow
 def test_a_fleet_from_its_manifest_names_the_unit_that_has_more_friction(here):
     model = Model.default().with_effects(["coulomb_drive"])
     model.save(here)

@@ -53,6 +53,7 @@ def test_two_hidden_effects_are_both_found():
     assert result.error < 1.05 * result.noise_floor
 
 
+@pytest.mark.slow
 def test_an_effect_is_the_answer_where_further_ones_explain_the_rest():
     result = diagnose(Model.default(), [simulated(seed=5, duration=12.0, **BOTH)])
     assert (result.verdict, result.candidates[0].effect) == ("effect_missing", "voltage_dead_zone")

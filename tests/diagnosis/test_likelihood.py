@@ -161,6 +161,7 @@ def test_two_effects_that_are_there_are_supported_together_and_one_that_is_not_h
     assert pair_of(DRY, 0.0) is None and pair_of(0.0, SPRING) is None
 
 
+@pytest.mark.slow
 def test_where_no_single_effect_is_worth_a_step_a_pair_is_added_as_two(monkeypatch):
     problem, start = best_start(prepare(Model.parse(MODEL), [axis_log(DRY, 1, SPRING)], without=OTHERS))
     monkeypatch.setattr(one_round, "most_telling_first", lambda supported: [])
