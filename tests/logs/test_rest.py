@@ -110,6 +110,18 @@ def test_a_log_that_begins_otherwise_is_left_as_it_is(x, volts, why):
     assert led_by_rest(log, AXIS) is log, why
 
 
+@pytest.mark.parametrize(("before", "led"), [(0.0, True), (0.0015, True), (0.005, False), (0.01, False)])
+def test_one_that_had_been_set_in_motion_a_row_before_the_first_is_not_led_by_rest(before, led):
+    log = axis_log(after(-before), np.full(len(AXIS_T), 6.0))
+    assert (led_by_rest(log, AXIS) is not log) == led
+
+
+@pytest.mark.parametrize("delay", [0.005, 0.02])
+def test_one_that_waits_before_it_moves_is_led_by_rest(delay):
+    log = axis_log(after(delay), np.full(len(AXIS_T), 6.0))
+    assert led_by_rest(log, AXIS).lead > 0
+
+
 def test_a_machine_that_must_be_balanced_never_begins_at_rest():
     table = Model.default().table
     turning = {"theta_p": 0.1 * after(0.0), "dtheta_p": np.zeros(len(AXIS_T)), "theta_w": after(0.0)}

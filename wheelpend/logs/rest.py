@@ -11,8 +11,12 @@ import numpy as np
 from wheelpend.logs.checks import is_step_from_rest
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import EXCERPT_SAMPLES, GAP_INTERVAL_RATIO, REST_SHARE, Log
+from wheelpend.logs.noise import find_quantum, rounding_sigma
+from wheelpend.logs.white_noise import difference_noise
 
 LEAD_S = 0.2  # of rest before a step with which a log begins: longer than a command is remembered
+GATHERED_SHARE, MIN_FIRST_STEPS = 0.6, 3  # of the largest step: until then, and so many at least, a parabola fits
+MIN_ROWS_BEFORE, MIN_SPEED_SIGMAS = 0.6, 2.0  # of such a gain, and of that speed's error, from which on it had set out
 REST_BAND_SIGMAS = 12.0  # of a channel's noise, that its readings spread at rest: a hundred million reach 11.5
 
 
@@ -48,7 +52,8 @@ def led_by_rest(log: Log, table: ColumnTable) -> Log:
     known = np.isfinite(log.voltage[:1]).all() and log.voltage[:1].any() and np.isfinite(log.measured[0, places]).all()
     held = log.measured[: _held_until(log)]
     by_name = dict(zip(log.channels, held.T, strict=True))
-    if log.lead or not known or not is_step_from_rest(by_name, table) or not _moves_in(log, held):
+    rests = is_step_from_rest(by_name, table) and not any(_had_set_out(log.measured[:, k]) for k in places)
+    if log.lead or not known or not rests or not _moves_in(log, held):
         return log
     lead = math.ceil(LEAD_S / log.dt)
     seen = np.full((lead, len(log.channels)), np.nan)
@@ -64,6 +69,23 @@ def led_by_rest(log: Log, table: ColumnTable) -> Log:
         breaks=tuple(k + lead for k in log.breaks),
         lead=lead,
     )
+
+
+def _had_set_out(place: np.ndarray) -> bool:
+    """True of a place (N,) that moves in its first sample: as fast as it is after most of a row of acceleration.
+
+    By a parabola of its speed through the steps until it has gained most of its speed.
+    """
+    sizes = np.abs(np.diff(place))
+    count = int(np.argmax(sizes > GATHERED_SHARE * np.nanmax(sizes, initial=0.0))) + 1
+    steps = np.diff(place[: max(count, MIN_FIRST_STEPS) + 1])
+    if len(steps) < MIN_FIRST_STEPS or not np.isfinite(steps).all():
+        return False
+    at_once = np.linalg.pinv(np.vander(np.arange(len(steps)) + 0.5, 3, increasing=True))  # speed, and what it gains
+    speed, gain = float(at_once[0] @ steps), float(at_once[1] @ steps)
+    error = rounding_sigma(find_quantum(place)) or difference_noise(place)
+    error *= float(np.linalg.norm(np.diff(at_once[0], prepend=0.0, append=0.0)))  # each reading is in two steps
+    return speed * gain > 0.0 and bool(abs(speed) > max(MIN_ROWS_BEFORE * abs(gain), MIN_SPEED_SIGMAS * error))
 
 
 def _held_until(log: Log) -> int:
