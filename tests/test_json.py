@@ -55,7 +55,7 @@ KEYS = {
     "bias guide force_error cutoff_hz remainder covariance widening fixed at_bounds",
     Covariance: "names matrix",
     Widening: "factors correlation_times_s",
-    Remainder: "force sensors places repeatable_share repeating resonances slow impossible",
+    Remainder: "force sensors places repeatable_share repeating resonances slow impossible unpredicted",
     SlowSource: "place is_force correlation_time_s gain p_value",
     ImpossibleLaw: "effect coefficients p_value",
     RowForce: "rms unit rms_torque share_of_drive correlation_time_s place at_bound",

@@ -23,6 +23,8 @@ def test_a_control_error_is_a_copy_of_what_is_read_wherever_it_stands(order):
 
 def test_what_a_controller_makes_of_a_reading_is_its_command_and_no_copy():
     assert left_out(angle=ANGLE, u=10.0 * (135.0 - ANGLE)) == {} == left_out(angle=ANGLE, cmd=-4.0 * ANGLE)
+    assert left_out(motor_angle=ANGLE, motor_cmd=0.2 * (90.0 - ANGLE)) == {}, "both are called after the motor"
+    assert left_out(wheel_pos=ANGLE, wheel_torque=-3.0 * ANGLE) == {}
     assert list(left_out(u=ANGLE, u_counts=21.25 * ANGLE)) == ["u_counts"]
 
 

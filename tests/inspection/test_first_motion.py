@@ -51,3 +51,43 @@ def test_a_hanging_pendulum_follows_the_change_of_its_torque():
     swing = np.where(t > 0.05, 0.1 * (1.0 - np.cos(6.0 * (t - 0.05))), 0.0)
     assert found_signs(DRIVEN, {"t": t, "v_in": push - 0.3, "theta_1": swing})[0] == []
     assert found_signs(DRIVEN, {"t": t, "v_in": push - 0.3, "theta_1": -swing})[0] == ["theta_1"]
+
+
+def lift(rows: int):
+    """A load of 5 N that is let down from rest, at 4 N, 4.5 N and then more: it sinks against what is commanded."""
+    t = 0.01 * np.arange(rows)
+    push = np.where(t < 0.03, 4.0, 4.5)
+    push = np.where(t < 3.0, push, np.repeat(np.random.default_rng(1).uniform(3.0, 6.2, rows), 40)[:rows])
+    place, speed = np.zeros(rows), 0.0
+    for k in range(rows - 1):
+        speed += 0.01 * (push[k] - 5.0 - 2.0 * speed)
+        place[k + 1] = place[k] + 0.01 * speed
+    return {"t": t, "v_in": push, "x": place + 1e-5 * np.random.default_rng(2).normal(size=rows)}
+
+
+@pytest.mark.parametrize("rows", [90, 1500])
+def test_a_load_that_is_let_down_has_no_wrong_sign(rows):
+    assert found_signs(SLIDE, lift(rows))[0] == []
+
+
+def test_where_the_equations_are_clear_a_start_is_not_asked():
+    columns = lift(1500)
+    columns["v_in"][0] = 0.0  # as if nothing had been commanded at first
+    assert found_signs(SLIDE, columns)[0] == []
+    short = {n: v[:90] for n, v in columns.items()}
+    assert found_signs(SLIDE, short)[0] == ["x"], "the equations are not asked of so short a log"
+
+
+def test_the_rate_of_a_place_is_turned_with_it():
+    model = Model.parse('plant = "slide"\n\n[assumptions]\nrate_sensor = true\n')
+    columns = step_of_current(-1.0)
+    _, proposal = found_signs(model, {**columns, "dx": np.gradient(columns["x"], 0.004)})
+    assert 'x = { column = "x", sign = -1 }' in proposal and 'dx = { column = "dx", sign = -1 }' in proposal
+
+
+def test_a_constant_command_says_nothing_by_its_rounding():
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        t = 0.01 * np.arange(180)
+        place = 2.0 * (t - 0.1 * (1.0 - np.exp(-t / 0.1))) + 1e-4 * random.normal(size=180)
+        assert found_signs(SLIDE, {"t": t, "v_in": np.full(180, 4.0), "x": place})[0] == []

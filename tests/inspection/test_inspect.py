@@ -264,7 +264,7 @@ def test_a_sign_is_found_in_a_log_of_a_few_seconds_and_none_where_it_is_right(sa
     model = Model.parse('plant = "slide"\n')
     found = inspect_for_model(model, load_log(axis_driven(samples, sign), table=model.table))
     assert [f.kind for f in found.findings] == ([] if sign > 0.0 else ["flipped_sign"])
-    assert found.untested == (("clocks",) if samples < 250 else ())
+    assert found.untested == ({"clocks": 250} if samples < 250 else {})
 
 
 def test_it_is_said_of_a_shorter_log_that_signs_were_not_tested():
@@ -273,7 +273,7 @@ def test_it_is_said_of_a_shorter_log_that_signs_were_not_tested():
     log = load_log(moving, table=model.table, name="short")
     found = inspect_for_model(model, log)
     said = [text for text in inspection_text(log, found) if isinstance(text, str)]
-    assert untested_sentence(found).startswith("Signs and clocks were not tested: that takes a stretch of 250 samples")
+    assert untested_sentence(found).startswith("Signs and clocks were not tested: that takes 100 and 250 samples")
     assert not found.findings and untested_sentence(found) in said and "Nothing odd was found." not in said
 
 

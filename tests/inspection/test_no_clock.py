@@ -6,7 +6,9 @@ import pytest
 from tests.support import run
 from wheelpend import Failure, Model
 from wheelpend.inspection.first_look import first_look
+from wheelpend.inspection.split import split_log
 from wheelpend.inspection.survey import survey_file
+from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.read import load_log
 from wheelpend.logs.tables import ROW_NUMBER
 
@@ -52,9 +54,7 @@ def test_a_model_without_them_is_told_how(tmp_path):
 
 def test_nothing_is_made_up_where_a_column_looks_like_times(tmp_path):
     pairs = write(tmp_path / "pairs.csv", a=1e6 + np.repeat(T[::2], 2), b=ANGLE)
-    with pytest.raises(
-        Failure, match="Every time of a is there twice: if two sensors take turns, keep the rows of one"
-    ):
+    with pytest.raises(Failure, match="Every time is there twice: if two sensors take turns, keep the rows of one"):
         survey_file(pairs)
     arrival = write(tmp_path / "arrival.csv", a=np.floor(T / 0.04), b=ANGLE)
     with pytest.raises(Failure, match=r"a grows, but stays the same in .* rows.* --interval S"):
@@ -73,5 +73,36 @@ def test_commands_take_the_interval_where_there_is_no_model_yet(tmp_path, monkey
     assert Model.open(tmp_path / "robot").columns["t"].scale == 0.025
     monkeypatch.chdir(tmp_path / "robot")
     refused = run("inspect", "../log.csv", "--interval", "0.025", code=1)
-    assert f"set 'columns.t.column={ROW_NUMBER}' columns.t.scale=0.025" in refused.output.replace("\n", " ")
+    said = " ".join(refused.output.split())
+    assert f"set 'columns.t={{ column = \"{ROW_NUMBER}\", scale = 0.025 }}'" in said
+    run("set", "columns.t.unit=ms")
+    run("set", f'columns.t={{ column = "{ROW_NUMBER}", scale = 0.025 }}')
+    assert Model.open(".").columns["t"].unit == ""
     assert "--from LOG" in run("new", "../other", "--interval", "0.025", code=1).output
+
+
+def test_stamps_that_are_of_no_use_are_no_sensor_where_the_interval_is_said(tmp_path):
+    look = first_look(write(tmp_path / "log.csv", t=np.repeat(T[::2], 2), angle=ANGLE), interval=0.025)
+    assert look.proposal.plants[0] == "pendulum" and "theta_2" not in look.model
+
+
+def test_a_column_that_is_called_so_is_a_counter_like_any_other(tmp_path):
+    look = first_look(write(tmp_path / "log.csv", **{ROW_NUMBER: np.arange(300.0), "angle": ANGLE}))
+    assert "it counts rows" in look.guesses["t"]
+
+
+@pytest.mark.parametrize("stamps", [np.repeat(T[::2], 2), np.repeat(T[::2], 2)[1:-1]])
+def test_times_that_are_there_twice_are_told_also_of_a_column_that_is_called_the_time(tmp_path, stamps):
+    path = write(tmp_path / "log.csv", t=stamps, angle=ANGLE[: len(stamps)])
+    with pytest.raises(Failure, match="Every time is there twice"):
+        survey_file(path)
+
+
+def test_a_log_without_times_is_split_by_its_rows_and_the_rest_keeps_its_gap(tmp_path):
+    path = write(tmp_path / "log.csv", theta_1=ANGLE)
+    columns = {"t": ColumnMap(ROW_NUMBER, scale=0.025)}
+    found = split_log(path, 2.0, 4.0, tmp_path, columns["t"])
+    table = Model.parse('plant = "pendulum"\n').table
+    rest, held = (load_log(p, columns, table) for p in (found.rest, found.held_out))
+    assert (len(rest), len(held)) == (220, 80) and held.duration == pytest.approx(79 * 0.025)
+    assert np.diff(rest.t).max() == pytest.approx(81 * 0.025)

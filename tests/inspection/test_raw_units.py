@@ -11,9 +11,11 @@ import pytest
 from tests import faulty_logs as faulty
 from wheelpend.inspection.findings import LogCorrections
 from wheelpend.inspection.inspect import inspect_log
-from wheelpend.inspection.raw_units import find_duty
+from wheelpend.inspection.raw_units import find_duty, find_rectified
 from wheelpend.inspection.sampling import dropped_rows
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -65,8 +67,19 @@ def test_an_even_clock_rounded_to_a_coarse_one_lost_no_rows(share):
     log = faulty.rounded_times(faulty.clean(), 1.0 + share)
     (finding,) = dropped_rows(log)
     assert finding.kind == "rounded_times" and finding.size == pytest.approx(faulty.clean().dt / (1.0 + share))
+    assert "or rows are missing at regular intervals" in finding.sentence, "no place was asked"
     (lost,) = dropped_rows(faulty.dropped(faulty.clean(), share))
     assert lost.kind == "dropped_rows"
+
+
+@pytest.mark.parametrize("every", [4, 5, 10])
+def test_rows_that_are_lost_at_regular_intervals_are_told_by_a_place_that_moves(every):
+    log = faulty.clean()
+    lost = faulty.rows(log, np.arange(len(log)) % every != 0)
+    rounded = faulty.rounded_times(log, 1.0 + 1.0 / every)
+    kinds = [dropped_rows(each, ["theta_w"])[0] for each in (lost, rounded)]
+    assert [f.kind for f in kinds] == ["dropped_rows", "rounded_times"]
+    assert "no row need be missing" in kinds[1].sentence
 
 
 def test_the_step_of_an_interchanged_encoder_goes_to_the_channel_that_it_is():
@@ -75,3 +88,17 @@ def test_the_step_of_an_interchanged_encoder_goes_to_the_channel_that_it_is():
     right, found = (tomllib.loads(inspect_log(each).sensors)["sensors"] for each in (log, swapped))
     assert found["encoder_counts"] == right["encoder_counts"]
     assert "theta_p" not in found.get("step", {})
+
+
+def test_a_speed_that_is_taken_for_a_place_is_told_and_no_command_is_blamed():
+    t = 0.02 * np.arange(400)
+    volts = np.repeat([2.0, 6.0, 3.0, 8.0], 100)
+    speed = np.zeros(400)
+    for k in range(399):
+        speed[k + 1] = speed[k] + 0.2 * (30.0 * volts[k] - speed[k])
+    table = Model.parse('plant = "slide"\n').table
+    found = find_rectified(Log.from_arrays(t, table=table, v_in=volts, x=speed), table)
+    assert [f.kind for f in found] == ["speed"] and "v_in sets" in found[0].sentence
+    place = np.cumsum(np.where(np.sin(3.0 * t) > 0.0, 1.0, -1.0) * volts)
+    found = find_rectified(Log.from_arrays(t, table=table, v_in=volts, x=place), table)
+    assert [f.kind for f in found] == ["rectified"]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from wheelpend.logs.checks import runaway_warnings
 from wheelpend.logs.log import Log
 from wheelpend.logs.rest import led_by_rest, rest_begin
 from wheelpend.model.record import Model
@@ -116,6 +117,12 @@ def test_one_that_had_been_set_in_motion_a_row_before_the_first_is_not_led_by_re
     assert (led_by_rest(log, AXIS) is not log) == led
 
 
+def test_what_is_commanded_later_says_nothing_of_the_first_steps():
+    later = np.maximum(AXIS_T - 1.0, 0.0)
+    log = axis_log(after(0.0) + 3.0 * later, np.where(AXIS_T < 1.0, 2.0, 8.0))
+    assert led_by_rest(log, AXIS).lead > 0
+
+
 @pytest.mark.parametrize("delay", [0.005, 0.02])
 def test_one_that_waits_before_it_moves_is_led_by_rest(delay):
     log = axis_log(after(delay), np.full(len(AXIS_T), 6.0))
@@ -127,3 +134,23 @@ def test_a_machine_that_must_be_balanced_never_begins_at_rest():
     turning = {"theta_p": 0.1 * after(0.0), "dtheta_p": np.zeros(len(AXIS_T)), "theta_w": after(0.0)}
     log = Log.from_arrays(AXIS_T, v_in=np.where(AXIS_T < 1.0, 6.0, 3.0), **turning)
     assert led_by_rest(log, table) is log
+
+
+PENDULUM = Model.parse('plant = "pendulum"\n').table
+DRIVEN = Model.parse('plant = "pendulum"\n\n[assumptions]\ndriven = true\n').table
+
+
+@pytest.mark.parametrize(
+    ("angle", "told"),
+    [
+        (12.0 * after(0.0), True),
+        (3.0 * after(0.0), False),  # less than a turn
+        (20.0 * np.sin(2.0 * AXIS_T) * AXIS_T, False),  # it comes back
+        (12.0 * AXIS_T, False),  # it was thrown
+    ],
+)
+def test_an_angle_that_turns_on_from_rest_is_driven_by_something(angle, told):
+    log = Log.from_arrays(AXIS_T, table=PENDULUM, theta_1=angle)
+    assert bool(runaway_warnings(log, PENDULUM)) == told
+    driven = Log.from_arrays(AXIS_T, table=DRIVEN, v_in=np.cos(AXIS_T), theta_1=angle)
+    assert runaway_warnings(driven, DRIVEN) == []

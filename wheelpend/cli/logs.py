@@ -193,8 +193,9 @@ def inspect_(
             inspect_without_model(log, plant, interval, json)
             return
         if interval is not None:
-            raise Failure("--interval must come without a model, which says itself what the times are: set them by "
-                          f"`wheelpend set 'columns.t.column={ROW_NUMBER}' columns.t.scale={interval:g}`.")  # fmt: skip
+            entry = f'columns.t={{ column = "{ROW_NUMBER}", scale = {interval!r} }}'
+            raise Failure("--interval must come without a model, which says itself what the times are. Set them: "
+                          f"`wheelpend set '{entry}'`.")  # fmt: skip
         opened = open_model(model, plant)
         with progress("reading"):
             loaded, result = inspect_file(opened, log)
@@ -247,5 +248,5 @@ def inspect_without_model(log: Path, plant: Path | None, interval: float | None,
     print_result(look, json, lambda: print_text(first_look_text(look)))
     if look.model and not look.refusal:
         asked = Asked((), (), DEFAULT_MODEL_PATH, plant, json)
-        own = ("--interval", f"{interval:g}") if interval else ()
+        own = ("--interval", repr(interval)) if interval else ()
         asked.say_next("a workspace that begins with this", "new", "robot", "--from", str(log), *own)

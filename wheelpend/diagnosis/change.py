@@ -23,7 +23,7 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameter_table import parameter_table, standard_error
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, require_testable, with_stable_step
-from wheelpend.estimation.validation import validation_residuals
+from wheelpend.estimation.validation import unpredicted_share, validation_residuals
 from wheelpend.estimation.workable_horizon import over_workable_horizon
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import found_or_warning, refitted_remainder, remainder_or_warning
@@ -113,13 +113,15 @@ def _changed(
     fits = _fit_both(problem, new if remove else old, start, effect, progress)
     before, after = (fits.larger, fits.smaller) if remove else (fits.smaller, fits.larger)
     pairs = ((old, before), (new, after))
-    errors = [validation_residuals(with_stable_step(fits.problem.with_effects(e), start), f)[0] for e, f in pairs]
+    judged = [validation_residuals(with_stable_step(fits.problem.with_effects(e), start), f) for e, f in pairs]
     changed = fits.problem.with_effects(new)
-    step = _step_of(problem, effect, fits.larger, errors, {n: after.values[n] for n in problem.base})
+    step = _step_of(problem, effect, fits.larger, [e for e, _ in judged], {n: after.values[n] for n in problem.base})
     progress("measuring what is left to chance")
     left, warnings = remainder_or_warning(
         refitted_remainder, changed, [after.of_log(k) for k in range(len(changed.logs))]
     )
+    unpredicted = unpredicted_share([v.part for v in problem.data.validation], judged[-1][1])
+    left = left and replace(left, unpredicted=unpredicted)
     undetermined = undetermined_warnings(changed.module, changed.plant, parameter_table(changed, after))
     astray = () if remove else _added_in_vain(problem, step)
     said = (*problem.warnings, *astray, *undetermined, *warnings, *remainder_warnings(left, problem.plant))

@@ -17,11 +17,13 @@ from wheelpend.estimation.free_parameters import free_names, known_values
 from wheelpend.estimation.linear_fit import LinearFit
 from wheelpend.estimation.noise_alarm import overstated_noise
 from wheelpend.estimation.parameter_table import covariance_of_table, parameter_table
+from wheelpend.estimation.prediction import prediction_error
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
+from wheelpend.estimation.validation import unpredicted_share
 from wheelpend.identification.bias_test import BiasTest
 from wheelpend.identification.bootstrap import shooting_fit
-from wheelpend.identification.filter_error_method import filter_error_fit
+from wheelpend.identification.filter_error_method import FilterErrorFit, filter_error_fit
 from wheelpend.identification.given_restrictions import (
     check_restricted_regression,
     estimates_at_bounds,
@@ -51,6 +53,7 @@ from wheelpend.identification.remainder import Remainder, with_remainder
 from wheelpend.identification.remainder_warnings import (
     bound_warnings,
     inertia_warnings,
+    is_mostly_chance,
     remainder_warnings,
     undetermined_warnings,
     with_astray_marked,
@@ -199,11 +202,23 @@ def identify(
     return replace(found, start=model, fixed=tuple(limits.fixed))
 
 
+def _unpredicted(found: FilterErrorFit) -> float | None:
+    """Share of the motion over the horizon that a fit misses, where a random force makes one ask; else None."""
+    if not is_mostly_chance(found.remainder):
+        return None
+    problem, space = found.problem, found.estimator.problem.space
+    values = [space.values_of_log(found.point.theta, k) for k in range(len(problem.logs))]
+    parts = problem.data.estimation
+    found_in = [prediction_error(problem.simulator, p, v)[1] for p, v in zip(parts, values, strict=True)]
+    return unpredicted_share(parts, found_in)
+
+
 def _identify_by_filter_error(
     model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress, limits: Restrictions
 ) -> Identification:
     found = filter_error_fit(model, logs, progress, limits)
-    problem, left, module = found.problem, found.remainder, found.problem.module
+    problem, module = found.problem, found.problem.module
+    left = replace(found.remainder, unpredicted=_unpredicted(found))
     table = with_fixed_rows(with_astray_marked(found.table), limits, module)
     elements = found.estimator.problem.space.layout.elements
     at_bounds = estimates_at_bounds([p.name for p in elements], found.point.theta, limits)

@@ -106,6 +106,7 @@ class Remainder:
             "resonances": self.resonances,
             "slow": self.slow,
             "impossible": self.impossible,
+            "unpredicted": self.unpredicted,
         }
 
 

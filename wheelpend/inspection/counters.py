@@ -10,7 +10,7 @@ import numpy as np
 from wheelpend.inspection.column_names import has_word, is_command, stated_unit, words_of
 
 ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
-MAX_COPY_DEVIATION = 2e-4  # of its largest value, by which a column is off another one times a factor
+MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
 MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
 
@@ -50,8 +50,9 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 
 def _may_control(one: str, other: str) -> bool:
-    """True of a command and of what is not called so at all: a controller may have made the one from the other."""
-    return is_command(one) != is_command(other) and not {*words_of(one)} & {*words_of(other)}
+    """True of a command and of what is not called after it: a controller may have made the one from the other."""
+    alike = min((words_of(one), words_of(other)), key=len)
+    return is_command(one) != is_command(other) and not ({*words_of(one)} & {*words_of(other)} >= {*alike})
 
 
 def _line_between(one: np.ndarray, other: np.ndarray) -> tuple[float, float] | None:

@@ -34,6 +34,8 @@ from wheelpend.logs.log import Log
 MAX_UNEXPLAINED_SHARE = 0.3  # share of the input's power; with more left nothing is concluded from the equations
 MIN_ENCODER_SAMPLES = 200  # that tell what a second link's angle is measured against, by tenfold misfits
 MIN_FLIP_GAIN = 2.0  # times less of the input that is left where signs are turned round
+MIN_CLEAR_FLIP_GAIN = 10.0  # times more, with which a sign is right whatever else speaks against it
+CONSTANT_SHARE = 1e-9  # of an input, by which it may vary and is one value
 SAME_SHARE_TOLERANCE = 1e-6  # relative difference of shares that is rounding, which differs from processor to processor
 MIN_FRICTION_SHARE = 0.9  # of an input's power that the sign of a rate explains, from which on it is like dry friction
 MIN_SHIFT_GAIN = 1.3  # times less of it at another time
@@ -58,7 +60,7 @@ def find_input_faults(
     if len(module.INPUTS) != 1 or np.linalg.matrix_rank(positions) < module.NQ:
         return []
     signals = uniform_signals(log, module.INPUT, in_range=True, least=least_samples(module))
-    if signals is None or np.ptp(signals.voltage) == 0.0:
+    if signals is None or is_constant(signals):
         return []
     if alike := friction_like_coordinate(signals, module):
         return [friction_like_finding(signals.input, alike)]
@@ -69,6 +71,20 @@ def find_input_faults(
     if late := signals.is_long and _time_shift(signals, module):
         findings.append(input_shift_finding(signals.input, late, signals.dt))
     return findings
+
+
+def is_right_as_it_is(log: Log, module: KernelModule) -> bool:
+    """True where the equations of a machine with one input leave far more of it with its sign turned round."""
+    signals = uniform_signals(log, module.INPUT, in_range=True, least=least_samples(module))
+    if signals is None or is_constant(signals):
+        return False
+    as_is, other = (unexplained_share(s, module) for s in (signals, with_signs_flipped(signals, [signals.input])))
+    return as_is < MAX_UNEXPLAINED_SHARE and other > MIN_CLEAR_FLIP_GAIN * as_is
+
+
+def is_constant(signals: Signals) -> bool:
+    """True of an input that does not change but for the rounding of its mean between samples."""
+    return float(np.ptp(signals.voltage)) <= CONSTANT_SHARE * float(np.abs(signals.voltage).max(initial=0.0))
 
 
 def least_samples(module: KernelModule | None) -> int:

@@ -26,7 +26,7 @@ from wheelpend.inspection.kinematics import sum_misfit
 from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import MAX_SUM_MISFIT_SHARE, Survey
-from wheelpend.logs.columns import ROW_NUMBER, UNIT_CONVERSIONS, ColumnMap, ColumnTable
+from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, ColumnTable
 
 USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
 MAX_STEADY_SAG = 0.01  # of a supply's volts, by which they vary and one number still does
@@ -92,13 +92,13 @@ def guess_rates(
 def guess_clock(survey: Survey) -> Guess | None:
     """A guess of the time between two rows, where the only clock counts them: frames, samples."""
     clock, scale = survey.clock, UNIT_CONVERSIONS[survey.clock.unit][1] * survey.clock.scale
-    if survey.is_clock_made_up:
+    if survey.times == "made up":
         return Guess(
             replace(clock, unit=""),
             f"no column is the time, so that rows are counted, taken for {scale:g} s each: {PUT_SECONDS}",
         )
     called = clock.column == "t" or is_called_time(clock.column) or stated_unit(clock.column)
-    if called or clock.column == ROW_NUMBER or not np.allclose(np.diff(survey.values["t"]), scale):
+    if called or survey.times == "said" or not np.allclose(np.diff(survey.values["t"]), scale):
         return None
     return Guess(ColumnMap(clock.column, scale=scale), f"it counts rows, taken for {scale:g} s each: {PUT_SECONDS}")
 

@@ -46,7 +46,7 @@ class Inspection:
     proposal: str  # lines for model.toml that would cure the findings; empty when there is nothing to propose
     sensors: str = ""  # lines for model.toml that say what the sensors are like, by this log
     stand_still: dict[str, list[tuple[float, float]]] = field(default_factory=dict)  # from, to [s] by channel
-    untested: tuple[str, ...] = ()  # of signs and clocks, those on which so short a log says nothing
+    untested: Mapping[str, int] = field(default_factory=dict)  # signs or clocks that nothing is said on: samples needed
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -120,10 +120,10 @@ def inspect_log(
     )
 
 
-def untested_faults(log: Log, table: ColumnTable, module: KernelModule | None) -> tuple[str, ...]:
-    """What nothing can be concluded on, as no stretch of the log without a gap is long enough: signs, clocks."""
+def untested_faults(log: Log, table: ColumnTable, module: KernelModule | None) -> dict[str, int]:
+    """What nothing can be concluded on, signs or clocks, with the samples without a gap that it takes."""
     needed = {"signs": least_samples(module), "clocks": MIN_ANALYSED_SAMPLES}
-    return tuple(w for w, n in needed.items() if uniform_signals(log, table.input, in_range=False, least=n) is None)
+    return {w: n for w, n in needed.items() if uniform_signals(log, table.input, in_range=False, least=n) is None}
 
 
 def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None = None) -> Inspection:

@@ -117,7 +117,7 @@ def rate_misfit(signals: Signals, pair: RatePair, *, own: bool = True, lenient: 
 
 
 def sum_misfit(place: np.ndarray, rate: np.ndarray, t: np.ndarray, scales: Sequence[float] = ANGLE_SCALES) -> float:
-    """Share of a place's variance (N,) that a rate, summed over the times, leaves; 1 where its size is not a rate's.
+    """Share of a place's variance about a line (N,) that a rate, summed over the times, leaves; 1 of other sizes.
 
     That is within a quarter of one of these scales of it: the same unit, degrees, or of degrees. Without any every size
     may be, of either sign.
@@ -126,7 +126,7 @@ def sum_misfit(place: np.ndarray, rate: np.ndarray, t: np.ndarray, scales: Seque
     if known.sum() < MIN_SUMMED_SAMPLES:
         return 1.0
     summed = np.concatenate(([0.0], np.cumsum(0.5 * (rate[known][1:] + rate[known][:-1]) * np.diff(t[known]))))
-    c = np.cov(summed, place[known])
+    c = np.cov([y - np.polyval(np.polyfit(t[known], y, 1), t[known]) for y in (summed, place[known])])
     if c[0, 0] <= 0.0 or c[1, 1] <= 0.0 or (scales and not is_rate(c[0, 0] / (c[0, 1] or np.inf), 1.25, scales)):
         return 1.0
     return float(1.0 - c[0, 1] ** 2 / (c[0, 0] * c[1, 1]))

@@ -14,6 +14,7 @@ PWM_LIMITS = (100, 127, 255, 400, 500, 1000, 1023, 2047, 4095, 8191, 10000, 3276
 MIN_PWM_PEAK = 30.0  # whole numbers up to which an input may as well be volts
 ACTING_SHARE = 0.1  # of its largest value, from which on an input acts
 MIN_WAY_BACK_SHARE = 0.1  # of a place's way, against an input that acts one way only: a brake takes less
+MIN_LEVEL_SHARE = 0.8  # of a signal's variance that its level explains by the input alone, of a speed
 MIN_CLIPPED_SAMPLES = 3  # readings at just 1 or 100, from which on that is a limit
 MIN_COUNTS_NAMED = 20.0  # range of an encoder's readings in whole numbers, beyond which they are no rad nor m
 DUTY_LIMITS = (1.0, 100.0)  # of a duty as a share and in percent
@@ -74,10 +75,23 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
     if not min(there, back) > MIN_WAY_BACK_SHARE * (there + back):
         return []
     name, share = table.inputs[0], 100 * min(there, back) / (there + back)
+    level = share_of_level(log.voltage[known], place[known])
+    if level > MIN_LEVEL_SHARE:
+        sentence = (f"{places[0]} settles at a level that {name} sets ({100 * level:.2g} % of its variance), as a "
+                    "speed does and no place.")  # fmt: skip
+        cure = "If it is one, sum it over the time, and map that place."
+        return [Finding("speed", places[0], sentence, cure, None)]
     sentence = (f"{name} is never negative, but {places[0]} moves both ways while it acts ({share:.2g} % of the way "
                 "against the rest): the log has the command's size without its direction.")  # fmt: skip
     cure = "Log the direction pin too, and give the command its sign by it; no motor can be found before."
     return [Finding("rectified", name, sentence, cure, None)]
+
+
+def share_of_level(commanded: np.ndarray, values: np.ndarray) -> float:
+    """Share of the variance of values (N,) that a straight line in what is commanded (N,) explains."""
+    if not (np.isfinite(commanded).all() and np.ptp(commanded) and np.ptp(values)):
+        return 0.0
+    return float(np.corrcoef(commanded, values)[0, 1] ** 2)
 
 
 def states_volts(column: str) -> bool:

@@ -5,6 +5,8 @@ A place that is measured finely moves in proportion to the time that passed: its
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from wheelpend.inspection.findings import Finding
@@ -19,6 +21,7 @@ WHOLE_INTERVAL_TOLERANCE = 0.15  # of an interval, by which a multiple of the us
 MIN_WHOLE_PER_BETWEEN = 3.0  # whole multiples for each interval just between two: an irregular clock gives about one
 WALK_ROWS = 36.0  # variance of the rows lost in a window [rows²], by which lost rows and rounded times are told apart
 MAX_ROUNDED_SCATTER = 0.75  # of the usual interval, by which rounded times scatter: lost rows leave more than 1
+MAX_ROUNDED_WAY = 1.5  # times as far as in usual intervals does a place move in long ones, where times are rounded
 FAST_STEP_SIGMAS = 8.0  # a step that tells its time is so many times its scatter
 NEIGHBOUR_STEPS = 9  # steps whose median says how fast the place moves
 MIN_DOUBLE_STEPS = 20  # steps twice as long as their neighbours, from which on rows were dropped
@@ -33,8 +36,8 @@ def find_sampling_faults(log: Log, table: ColumnTable) -> list[Finding]:
     """The findings on dropped rows, made-up times and jitter."""
     if len(log) < MIN_FAST_STEPS:
         return []
-    found = dropped_rows(log)
     places = [c for c in log.channels if table.units.get(c) in ("rad", "m") and c != table.range_channel]
+    found = dropped_rows(log, places)
     for name in places:
         values = channel_values(log, name)
         of_this = retimed_rows(log, name, values) or stamp_jitter(log, name, values) or sample_jitter(log, name, values)
@@ -43,8 +46,11 @@ def find_sampling_faults(log: Log, table: ColumnTable) -> list[Finding]:
     return found
 
 
-def dropped_rows(log: Log) -> list[Finding]:
-    """The finding that times skip whole intervals: rows were lost, and the times say which."""
+def dropped_rows(log: Log, places: Sequence[str] = ()) -> list[Finding]:
+    """The finding that times skip whole intervals: rows were lost, and the times say which; or they are rounded.
+
+    Some of ``places``, if they move fast enough, tell which it is.
+    """
     ratio = np.diff(log.t) / log.dt
     whole = np.round(ratio)
     skips = (whole >= 2) & (ratio <= GAP_INTERVAL_RATIO) & (np.abs(ratio - whole) < WHOLE_INTERVAL_TOLERANCE)
@@ -54,9 +60,11 @@ def dropped_rows(log: Log) -> list[Finding]:
     share = missing / (len(log) + missing)
     if share < MIN_DROPPED_SHARE or skips.sum() < MIN_WHOLE_PER_BETWEEN * between.sum():
         return []
-    multiples = f"{int(skips.sum())} intervals are whole multiples of the usual one"
     if times_are_rounded(ratio, missing / len(ratio)):
-        return [rounded_times(log)]
+        way = next((w for name in places if (w := way_in_long_intervals(log, name, skips)) is not None), None)
+        if way is None or way < MAX_ROUNDED_WAY:
+            return [rounded_times(log, is_known=way is not None)]
+    multiples = f"{int(skips.sum())} intervals are whole multiples of the usual one"
     sentence = f"{100 * share:.2g} % of the rows are missing: {multiples}."
     cure = "The times are right, but the input within such intervals is not known: log every row, or average over more."
     return [Finding("dropped_rows", "t", sentence, cure, share)]
@@ -82,13 +90,29 @@ def times_are_rounded(ratio: np.ndarray, excess: float) -> bool:
     return float(np.median(rest.std(axis=1))) < MAX_ROUNDED_SCATTER
 
 
-def rounded_times(log: Log) -> Finding:
-    """The finding that times are whole steps of a clock that is coarser than the sampling."""
+def way_in_long_intervals(log: Log, name: str, skips: np.ndarray) -> float | None:
+    """How far a place moves in intervals (N - 1,) that are whole multiples, over how far in usual ones beside them.
+
+    Twice as far and more where rows are missing there, as far where the times are rounded. None where it moves too
+    slowly to tell.
+    """
+    values = channel_values(log, name)
+    steps, alone = np.diff(values), skips[1:-1] & ~skips[:-2] & ~skips[2:]
+    beside = 0.5 * (steps[:-2] + steps[2:])
+    told = alone & (np.abs(beside) > FAST_STEP_SIGMAS * place_noise(values))
+    return float(np.median(steps[1:-1][told] / beside[told])) if told.sum() >= MIN_DOUBLE_STEPS else None
+
+
+def rounded_times(log: Log, *, is_known: bool) -> Finding:
+    """The finding that times are whole steps of a clock that is coarser than the sampling.
+
+    Where no place tells, ``is_known`` false, rows may as well be missing at regular intervals.
+    """
     interval = log.duration / (len(log) - 1)
-    sentence = (f"The times are rounded to {1e3 * log.dt:.3g} ms, while a row comes every {1e3 * interval:.4g} ms: no "
-                "row need be missing.")  # fmt: skip
-    cure = "Log finer times (µs), or give each row its number times that interval."
-    return Finding("rounded_times", "t", sentence, cure, log.dt)
+    sentence = f"The times are rounded to {1e3 * log.dt:.3g} ms, while a row comes every {1e3 * interval:.4g} ms"
+    rest = ": no row need be missing." if is_known else "; or rows are missing at regular intervals."
+    cure = "The times are used as they are: log finer ones (µs), if they are rounded."
+    return Finding("rounded_times", "t", sentence + rest, cure, log.dt)
 
 
 def fast_steps(log: Log, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ from wheelpend.files import write_text
 from wheelpend.inspection.file_values import numeric_columns
 from wheelpend.logs.bags import is_bag
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
-from wheelpend.logs.read import find_time_column, open_file
+from wheelpend.logs.read import find_time_column, numbered, open_file
 from wheelpend.logs.tables import MIN_LOG_SAMPLES
 
 ROUNDED_SHARE = 1e-3  # of a sample interval, within which a sample is where a stretch begins or ends
@@ -65,16 +66,17 @@ def split_log(log: Path, begin_s: float, end_s: float, folder: Path, stated: Col
             f"{log.name} must be a table with one clock to be split, but it holds messages, each kind with its own. "
             "Save its signals as one table, or record what is to be held out apart."
         )
-    file = open_file(log)
+    file = open_file(log) if stated is None else numbered(open_file(log), {"t": stated})
     columns = numeric_columns(log, file)
     likely = stated.column if stated is not None and stated.column in columns else ""
     clock = find_time_column(file, likely, list(columns))
     if clock is None:
         raise Failure(f"{log.name}: a column must grow as a clock does to say which samples are in the stretch, but "
                       "none does. Add the times, in s.")  # fmt: skip
-    unit = stated.unit if stated is not None and clock.column == likely and stated.unit else clock.unit
+    if stated is not None and clock.column == likely:  # a scale is of the column as it is
+        clock = replace(stated, unit=stated.unit or ("" if stated.scale != 1.0 else clock.unit))
     t = columns[clock.column]
-    seconds = (UNIT_CONVERSIONS[unit][1] if unit else 1.0) * (t - t[0])
+    seconds = clock.scale * (UNIT_CONVERSIONS[clock.unit][1] if clock.unit else 1.0) * (t - t[0])
     rounding = ROUNDED_SHARE * float(np.median(np.diff(seconds)))
     inside = (seconds >= begin_s - rounding) & (seconds < end_s - rounding)
     samples = int(np.sum(~inside)), int(np.sum(inside))

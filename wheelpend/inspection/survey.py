@@ -19,6 +19,7 @@ from wheelpend.inspection.column_names import (
     has_word,
     inputs_among,
     is_called_rate,
+    is_called_time,
     is_command,
     is_likely_input,
     is_no_place,
@@ -33,7 +34,7 @@ from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit,
 from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
-from wheelpend.logs.checks import check_time, starts_at_rest
+from wheelpend.logs.checks import INTERVAL_CURE, check_time, repeated_cure, starts_at_rest
 from wheelpend.logs.columns import ROW_NUMBER, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
 from wheelpend.logs.log import gapless_ranges
 from wheelpend.logs.noise import find_quantum
@@ -45,7 +46,7 @@ from wheelpend.numerics import gaussian_smoothed
 
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
-MAX_SUM_MISFIT_SHARE = 0.01  # of a place's variance, that the sum of its rate leaves in a log too short for derivatives
+MAX_SUM_MISFIT_SHARE = 0.02  # of a place's variance about a line, that the sum of its rate leaves
 COMPUTED_SHARE = 0.9  # of a rate's scatter that a filter of its angle gives, from which on it was computed
 ROUNDING_SHARE = 0.4  # the same where the angle scatters by little more than its rounding: no motion is shared then
 MAX_ROUNDING_GROWTH = 3.0  # of the scatter of an angle's slope over what rounding makes of it, for that
@@ -96,7 +97,7 @@ class Survey(NamedTuple):
     values: dict[str, np.ndarray]
     scalars: dict[str, float]
     stretches: tuple[Signals, ...] = ()  # without a gap, short ones too
-    is_clock_made_up: bool = False  # True where the rows are counted, and nobody said how long each is
+    times: str = "read"  # or said: the rows are counted, and how long each is, or made up where nobody said that
 
     def of_role(self, role: str) -> list[str]:
         """Names of the columns of a role, in the file's order."""
@@ -133,6 +134,7 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
                       "one row per sample.")  # fmt: skip
     check_length(path.name, len(next(iter(values.values()))))
     found = None if interval else own_clock(path, file, values)
+    values = {n: v for n, v in values.items() if not interval or not is_called_clock(n)} or values
     clock = found or ColumnMap(ROW_NUMBER, "s", scale=interval or USUAL_INTERVAL_S)
     raw = values.pop(clock.column, None)
     raw = np.arange(1.0, len(next(iter(values.values()))) + 1.0) if raw is None else raw
@@ -155,9 +157,14 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
         remark = no_reading.get(name, remark)
         remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
-    made_up = found is None and not interval
+    times = "read" if found else "said" if interval else "made up"
     signals_of = {**moving, "t": t}
-    return Survey(path.name, tuple(columns), clock, signals, signals_of, scalars_of(path), all_signals(log), made_up)
+    return Survey(path.name, tuple(columns), clock, signals, signals_of, scalars_of(path), all_signals(log), times)
+
+
+def is_called_clock(name: str) -> bool:
+    """True of a column that is called after the time."""
+    return name == "t" or contains(name, TIME_ALIASES) or is_called_time(name)
 
 
 def own_clock(path: Path, file: Table, values: Mapping[str, np.ndarray]) -> ColumnMap | None:
@@ -319,14 +326,9 @@ def times_cure(values: Mapping[str, np.ndarray]) -> str:
         if not np.isfinite(stamps).all():
             continue
         if (steps >= 0).all() and (steps > 0).sum() >= MIN_PLACES:
-            if (steps[::2] == 0).all() and (steps[1::2] > 0).all():
-                return (f"Every time of {name} is there twice: if two sensors take turns, keep the rows of one, every "
-                        "second row.")  # fmt: skip
-            return (f"{name} grows, but stays the same in {np.count_nonzero(steps == 0)} rows: if it is when rows "
-                    "arrived, that were sampled one after the other, say how many seconds are from row to row: "
-                    "--interval S; else add the times.")  # fmt: skip
+            return f"{name} grows, but stays the same in {np.count_nonzero(steps == 0)} rows. {repeated_cure(stamps)}"
         if (steps <= 0).all() and (steps < 0).sum() >= MIN_PLACES and clock_rank(-steps[steps < 0]) == 0:
-            return f"{name} falls evenly: if it is the time, sort the rows by it."
+            return f"{name} falls evenly: if it is the time, sort the rows by it; else {INTERVAL_CURE}."
     return ""
 
 

@@ -7,7 +7,7 @@ from functools import partial
 
 from wheelpend.inspection import wheels_and_body
 from wheelpend.inspection.clocks import rate_shift_findings
-from wheelpend.inspection.equations import find_input_faults, find_second_encoder_fault
+from wheelpend.inspection.equations import find_input_faults, find_second_encoder_fault, is_right_as_it_is
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.first_motion import find_backward_start
 from wheelpend.inspection.kinematics import RatePair, find_range_in_degrees, find_rate_faults, find_wrapped_angles
@@ -46,6 +46,6 @@ def find_faults(
         findings += find_second_encoder_fault(log, module, second_encoder, corrections)
     findings += find_input_faults(log, module, pairs, corrections)
     has_one_place = module.NQ == 1 and len(table.inputs) == 1
-    if has_one_place and not any(f.kind == "flipped_sign" for f in findings):
+    if has_one_place and not any(f.kind == "flipped_sign" for f in findings) and not is_right_as_it_is(log, module):
         findings += find_backward_start(log, table.places[0], corrections, hangs=table.units[table.places[0]] == "rad")
     return findings

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnSource, ColumnTable
+from wheelpend.logs.columns import ROW_NUMBER, UNIT_CONVERSIONS, ColumnSource, ColumnTable
 from wheelpend.logs.commands import unknown_input_text
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log
 from wheelpend.logs.white_noise import difference_noise
@@ -17,6 +17,11 @@ MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squa
 READABLE_INTERVALS_S = 1e-12, 1e12  # s; with the right unit no log is beyond, and a wrong one can still be told
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
 MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
+INTERVAL_CURE = (
+    "say how many seconds are from row to row, by --interval S of `inspect` and `new`, or in a model's [columns] by "
+    f't = {{ column = "{ROW_NUMBER}", scale = S }}'
+)
+TURN, MIN_ONE_WAY_SHARE = 2.0 * math.pi, 0.95  # of the way gone, that an angle ends away which never comes back
 MIN_SWING_UP_PERCENT = 10.0  # of a log's samples beyond the range, from which on that may be meant
 MAX_FIRST_STEP_SHARE = 0.25  # of the largest step, of a machine that begins at rest
 STILL_BAND_SIGMAS = 8.0  # standard deviations of these means within which a channel stands still: a thousand reach 6.5
@@ -32,13 +37,20 @@ def check_time(log: str, t: np.ndarray) -> None:
         k = int(backward[0])
         cure = "Sort the rows and remove repeated ones."
         if (np.diff(t) >= 0).all():
-            cure = ("If such rows are the same once more, remove them. If they were sampled one after the other and "
-                    "stamped as they arrived, the stamps are no times: number the rows in their place, and state the "
-                    "seconds from row to row as the scale of t in [columns].")  # fmt: skip
+            cure = repeated_cure(t)
         raise Failure(
             f"{log}: t must grow from row to row, but row {k + 2} has {t[k + 1]:.15g} after {t[k]:.15g} in row {k + 1} "
             f"({len(backward)} such rows). {cure}"
         )
+
+
+def repeated_cure(stamps: np.ndarray) -> str:
+    """What to do about stamps (N,) that stay the same in some rows."""
+    same = np.diff(stamps) == 0
+    if any(same[k::2].all() and not same[1 - k :: 2].any() for k in range(2)):
+        return "Every time is there twice: if two sensors take turns, keep the rows of one, every second row."
+    return ("If such rows are the same once more, remove them. If they were sampled one after the other and stamped as "
+            f"they arrived, the stamps are no times: {INTERVAL_CURE}.")  # fmt: skip
 
 
 def check_values(log: str, name: str, values: np.ndarray) -> None:
@@ -118,7 +130,23 @@ def log_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSourc
     """Sentences on gaps, ranges, missing values and constant channels of a log that can be used."""
     inputs = zip(table.inputs, log.inputs, strict=False)
     unknown = [text for name, values in inputs if (text := unknown_input_text(name, log.t, values))]
-    return [*time_warnings(log), *range_warnings(log, table, sources), *unknown, *channel_warnings(log)]
+    named = [*range_warnings(log, table, sources), *unknown, *channel_warnings(log), *runaway_warnings(log, table)]
+    return [*time_warnings(log), *named]
+
+
+def runaway_warnings(log: Log, table: ColumnTable) -> list[str]:
+    """A sentence on an angle that turns on and on from rest, though nothing is said to drive it."""
+    found = []
+    for name, values in zip(log.channels, log.measured.T, strict=True):
+        way = np.diff(values[np.isfinite(values)])
+        if table.inputs or name not in table.places or table.units[name] != "rad" or not starts_at_rest(values):
+            continue
+        turned = abs(float(way.sum()))
+        if turned > TURN and turned > MIN_ONE_WAY_SHARE * float(np.abs(way).sum()):
+            found.append(f"{name} begins at rest and turns {turned / TURN:.2g} times round without coming back, which "
+                         "nothing does that only gravity pulls: something drives it. Add its command to the log, and "
+                         "choose a plant with a motor.")  # fmt: skip
+    return found
 
 
 def time_warnings(log: Log) -> list[str]:

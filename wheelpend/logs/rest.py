@@ -52,7 +52,7 @@ def led_by_rest(log: Log, table: ColumnTable) -> Log:
     known = np.isfinite(log.voltage[:1]).all() and log.voltage[:1].any() and np.isfinite(log.measured[0, places]).all()
     held = log.measured[: _held_until(log)]
     by_name = dict(zip(log.channels, held.T, strict=True))
-    rests = is_step_from_rest(by_name, table) and not any(_had_set_out(log.measured[:, k]) for k in places)
+    rests = is_step_from_rest(by_name, table) and not any(_had_set_out(held[:, k]) for k in places)
     if log.lead or not known or not rests or not _moves_in(log, held):
         return log
     lead = math.ceil(LEAD_S / log.dt)

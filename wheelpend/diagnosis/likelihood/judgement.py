@@ -44,7 +44,7 @@ from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
 
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either part where both say much together
-ONE_STANDARD_ERROR = 0.317  # p-value of a size that is one standard error off nothing
+ONE_STANDARD_ERROR = 0.317  # p-value of one size that is a standard error off nothing, with many blocks
 MIN_FORCE_SHARE = 1e-3  # of the drive on its row: below that a force is negligible
 MAX_SHARE = 10.0  # of the drive on its row, from which a force says that next to nothing drives it
 

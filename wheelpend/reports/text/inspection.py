@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from wheelpend.inspection.signals import MIN_ANALYSED_SAMPLES
 from wheelpend.reports.numbers import digits_text, number_text
 from wheelpend.reports.text.comparison import listed_text
 from wheelpend.reports.text.table import Table, TextBlocks
@@ -31,8 +30,9 @@ def inspection_text(log: Log, result: Inspection) -> TextBlocks:
 
 def untested_sentence(result: Inspection) -> str:
     """What a log is too short to tell."""
-    return (f"{' and '.join(result.untested).capitalize()} were not tested: that takes a stretch of "
-            f"{MIN_ANALYSED_SAMPLES} samples or more without a gap.")  # fmt: skip
+    what = " and ".join(result.untested).capitalize()
+    needed = " and ".join(str(n) for n in dict.fromkeys(result.untested.values()))
+    return f"{what} were not tested: that takes {needed} samples or more without a gap."
 
 
 def summary_text(log: Log, result: Inspection) -> TextBlocks:

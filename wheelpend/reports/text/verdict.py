@@ -21,7 +21,7 @@ from wheelpend.reports.numbers import (
     time_text,
 )
 from wheelpend.reports.text.effect_sizes import effect_size_text, rms_input, step_size_text
-from wheelpend.reports.text.remainder import NEGLIGIBLE_SHARE
+from wheelpend.reports.text.remainder import NEGLIGIBLE_SHARE, leaves_a_force
 
 if TYPE_CHECKING:
     from derive.plant_signature import PlantSignature, PortSpec
@@ -80,8 +80,9 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
     """The verdict of a diagnosis with a random force in the likelihood, where no effect is worth naming."""
     error, floor = prediction_error_text(result.error), digits_text(result.noise_floor)
     if result.verdict == "nothing_missing":
+        left = chance_sentence(result.remainder) if leaves_a_force(result.remainder) else "no random force is left."
         return (f"Nothing that repeats is missing: the error is {error} (noise floor {floor}), no effect of the "
-                f"library is worth naming, and {chance_sentence(result.remainder)}")  # fmt: skip
+                f"library is worth naming, and {left}")  # fmt: skip
     what = "Something that repeats is missing"
     if not has_repeating(result.remainder):
         what = "Most of the motion is left to chance" if is_mostly_chance(result.remainder) else "Something is missing"
@@ -184,6 +185,8 @@ def closing_sentence(result: Ladder) -> str:
     if result.last.by_likelihood and not result.last.named:
         if result.verdict in ("nothing_missing", "ambiguous"):
             step = ", but a step was ambiguous" if result.verdict == "ambiguous" else ""
+            if not leaves_a_force(result.last.remainder):
+                return f"Nothing more is missing{step}."
             return f"Nothing more that repeats is missing{step}; {chance_sentence(result.last.remainder)}"
         chance = not has_repeating(result.last.remainder) and is_mostly_chance(result.last.remainder)
         what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
