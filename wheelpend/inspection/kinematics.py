@@ -198,7 +198,10 @@ def rate_time_shift(signals: Signals, pair: RatePair) -> TimeShift:
     """Delay of a rate against the derivative of its angle."""
     rows, slope, rate = signals.rows, signals.smooth(pair.angle, 1), signals.smooth(pair.rate)
     ones = np.ones(len(rows))
-    residual = lambda k: least_squares_residual(np.column_stack((rate[rows + k], ones)), slope[rows])  # noqa: E731
+
+    def residual(k: int) -> tuple[np.ndarray, float]:
+        return least_squares_residual(np.column_stack((rate[rows + k], ones)), slope[rows])
+
     return scan_time_shifts(residual, signals.max_shift)
 
 
