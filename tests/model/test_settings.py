@@ -40,6 +40,7 @@ GUESSED_TEXT = """plant = "wheel_pendulum"
 [columns]
 theta_w = { column = "enc", scale = 0.001 }  # guessed: counts
 t = { column = "ms", scale = 0.02 }  # guessed: rows
+v_in = { column = "?" }  # not recognised: put one of a, b in its place
 theta_p = { column = "tilt" }  # guessed: mine, and kept
 """
 
@@ -50,9 +51,9 @@ theta_p = { column = "tilt" }  # guessed: mine, and kept
 def test_what_is_set_is_marked_as_guessed_no_more(tmp_path, monkeypatch, setting):
     monkeypatch.chdir(tmp_path)
     workspace.create(tmp_path, text=GUESSED_TEXT)
-    run("set", "columns.theta_p.sign=-1", f"columns.{setting}")
+    run("set", "columns.theta_p.sign=-1", "columns.v_in.column=a", f"columns.{setting}")
     lines = (tmp_path / "model.toml").read_text().splitlines()
-    marked = [line.split(" ")[0] for line in lines if "guessed" in line]
+    marked = [line.split(" ")[0] for line in lines if "guessed" in line or "recognised" in line]
     assert marked == ["t", "theta_p"], "a sign says nothing of how a column was guessed to be read"
     assert not any(line.endswith(" ") or line.endswith("#") for line in lines)
 

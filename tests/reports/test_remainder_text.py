@@ -186,6 +186,11 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     known = (Structure(("slope",), 0.7), Structure((), 0.3))
     probable = said(tried("slope", 30.0), tried("viscous_drive", 8.0), structures=known)
     assert "The likeliest is slope (70 %, alone and with others)" in probable and "With viscous_drive" not in probable
+    outside = (Structure(("none_of_these",), 0.67), Structure(("slope",), 0.23), Structure(("cogging", "slope"), 0.06))
+    told = said(tried("slope", 30.0), tried("viscous_drive", 8.0), structures=outside)
+    assert "The likeliest is slope (29 % of 33 % for all of the library, alone and with others)" in told
+    hardly = (Structure(("none_of_these",), 0.95), Structure(("slope",), 0.05))
+    assert "With viscous_drive" in said(tried("slope", 30.0), tried("viscous_drive", 8.0), structures=hardly)
     both = (Structure(("slope",), 0.4), Structure(("viscous_drive", "slope"), 0.6))
     assert "The likeliest is slope (100 %, alone and with others)" in said(
         tried("viscous_drive", 8.0), tried("slope", 9.0), structures=both

@@ -21,7 +21,7 @@ from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import FileColumn, Survey
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
-from wheelpend.model.toml_file import GUESS_MARK
+from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
 UNNAMED_COLUMN = "?"  # stands for a column that its user must name
 COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
@@ -129,7 +129,7 @@ def missing_columns(survey: Survey, best: Candidate) -> dict[str, str]:
     """What to put for each quantity that a plant needs and no column of the file was found for."""
     left = left_over(survey, [*best.columns.values()])
     choice = f"put one of {', '.join(left)} in its place" if left else "no column is left over; log it"
-    return {n: f"not recognised: {choice}" for n in best.table.required[1:] if n not in best.columns}
+    return {n: f"{UNKNOWN_MARK}{choice}" for n in best.table.required[1:] if n not in best.columns}
 
 
 def left_over(survey: Survey, used: Collection[str]) -> list[str]:

@@ -13,7 +13,9 @@ import tomlkit.items
 
 from derive.parameter_name import ParameterName
 from wheelpend.errors import Failure
-from wheelpend.model.toml_file import GUESS_MARK, MODEL_FILE
+from wheelpend.model.toml_file import GUESS_MARK, MODEL_FILE, UNKNOWN_MARK
+
+MARKS = (f"# {GUESS_MARK}", f"# {UNKNOWN_MARK}")
 
 
 def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
@@ -87,14 +89,14 @@ def _with_item(document: tomlkit.TOMLDocument, place: list[str], item: tomlkit.i
 
 
 def without_guess_mark(text: str, place: tuple[str, ...]) -> str:
-    """Text in which the entry at a place is marked as guessed no more; other comments stay."""
+    """Text in which the entry at a place is marked as guessed, or not recognised, no more; other comments stay."""
     document = parsed(text)
     entry: Any = document
     for name in place:
         if name not in entry:
             return text
         entry = entry[name]
-    if not isinstance(entry, tomlkit.items.Item) or not entry.trivia.comment.startswith(f"# {GUESS_MARK}"):
+    if not isinstance(entry, tomlkit.items.Item) or not entry.trivia.comment.startswith(MARKS):
         return text
     entry.trivia.comment = entry.trivia.comment_ws = ""
     return tomlkit.dumps(document)

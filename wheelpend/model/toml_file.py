@@ -35,6 +35,7 @@ from wheelpend.model.toml_checks import (
 
 MODEL_FILE, USER_EFFECTS_FILE = "model.toml", "effects.toml"  # in a workspace
 GUESS_MARK = "guessed: "  # begins the comment behind an entry that nobody has stated
+UNKNOWN_MARK = "not recognised: "  # and behind one that somebody must state
 
 MAX_DOTS = 1000  # in a line
 

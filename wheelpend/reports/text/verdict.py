@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from derive import effects as library
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
+from wheelpend.diagnosis.structures import NONE_OF_THESE
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.model.units import PlantUnits
@@ -49,7 +50,8 @@ UNKNOWN_LAW_SENTENCE = (
 )
 MAX_PART_SHARE = 0.995  # of a force's mean square, above which a function of it is no part
 MIN_LIKELY_FALL = 0.2  # relative, of the held-out error, with which an effect that is not certain is worth a word
-MIN_LIKELY_PROBABILITY = 0.5  # with which such an effect is missing, to be the one to try
+MIN_LIKELY_PROBABILITY = 0.5  # of all of the library's, with which such an effect is missing, to be the one to try
+MIN_TOLD_PROBABILITY = 0.1  # with which it is missing at least
 CLOSING_SENTENCES = {
     "nothing_missing": "Nothing more is missing.",
     "ambiguous": "Nothing more is missing, but a step was ambiguous.",
@@ -106,10 +108,12 @@ def probable_text(result: Diagnosis) -> str:
     able = [c.effect for c in result.refitted if c.is_possible and c.effect not in result.problem.model.effects]
     known = {effect: sum(s.probability for s in result.structures if effect in s.effects) for effect in able}
     best = max(known, key=lambda effect: known[effect], default="")
-    if not best or known[best] <= MIN_LIKELY_PROBABILITY:
+    library_share = 1.0 - sum(s.probability for s in result.structures if s.effects == (NONE_OF_THESE,))
+    if not best or known[best] < MIN_TOLD_PROBABILITY or known[best] <= MIN_LIKELY_PROBABILITY * library_share:
         return ""
-    return (f"The likeliest is {best} ({100 * known[best]:.0f} %, alone and with others), which is not certain: record "
-            f"more, or try it: `wheelpend add {best}`.")  # fmt: skip
+    within = "" if known[best] > MIN_LIKELY_PROBABILITY else f" of {100 * library_share:.0f} % for all of the library"
+    return (f"The likeliest is {best} ({100 * known[best]:.0f} %{within}, alone and with others), which is not "
+            f"certain: record more, or try it: `wheelpend add {best}`.")  # fmt: skip
 
 
 def likely_text(result: Diagnosis) -> str:
