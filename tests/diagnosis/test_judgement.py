@@ -170,6 +170,15 @@ def test_the_simple_law_comes_before_the_one_that_has_it_in_it():
     assert most_telling_first([]) == []
 
 
+def test_a_friction_comes_before_its_difference_between_directions_where_it_does_as_well():
+    plain = rival("coulomb_drive", 20.0, 2.0 * BLOCKS, 10.0 * BLOCKS, BLOCKS)
+    one_way = rival("coulomb_asymmetry", 20.2, 2.01 * BLOCKS[::-1], 10.0 * BLOCKS[::-1], BLOCKS[::-1])
+    names = [j.candidate.effect for j in most_telling_first([one_way, plain])]
+    assert names == ["coulomb_drive", "coulomb_asymmetry"]
+    clear = rival("coulomb_asymmetry", 80.0, 9.0 * BLOCKS, 30.0 * BLOCKS, 9.0 * BLOCKS)
+    assert most_telling_first([plain, clear])[0].candidate.effect == "coulomb_asymmetry"
+
+
 def test_a_law_that_predicts_no_better_than_the_simple_one_in_it_is_left_out():
     simple = rival("coulomb_drive", 200.0, 20.0 * BLOCKS, 10.0 * BLOCKS)
     elastic = rival("presliding_drive", 300.0, 20.0 * BLOCKS[::-1], 10.0 * BLOCKS)

@@ -316,13 +316,24 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
     """Supported effects, of those that no other clearly leads that with most evidence for each of its parameters first.
 
     Or a simpler one that it has in it: what more an effect of several parameters explains is judged beside the simple
-    one, in the next round. Each has the names of those that these data do not tell from it.
+    one, in the next round. Nor does a difference between directions come before the friction that differs, where these
+    data do not tell them apart: of a motor that runs one way only. Each has the names of those that data do not tell
+    from it.
     """
     able = [j for j in supported if improves_on_nested(j, supported)]
     found = sorted(able, key=lambda j: (sum(o.clearly_leads(j) for o in able), -j.evidence_per_parameter))
-    within = simpler_than(found[0]) if found else ()
-    found.sort(key=lambda j: j.candidate.effect not in within)
+    plainer = _plainer_than(found[0], found) if found else ()
+    found.sort(key=lambda j: j.candidate.effect not in plainer)
     return [_with_equivalents(j, [o for o in found if o is not j and o.is_like(j)]) for j in found]
+
+
+def _plainer_than(one: Judged, others: Sequence[Judged]) -> tuple[str, ...]:
+    """Effects that come before one: what it contains or approaches, and the friction that it varies, if that does as
+    well.
+    """
+    varied = derive.effects.find(one.candidate.effect).varies
+    alike = [o.candidate.effect for o in others if o.candidate.effect == varied and o.is_like(one)]
+    return (*simpler_than(one), *alike)
 
 
 def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:
