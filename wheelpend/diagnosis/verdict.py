@@ -151,8 +151,9 @@ class Diagnosis(DrawnResult):
 
     @property
     def leaves_unknown(self) -> bool:
-        """It is likelier than not that something is missing which no effect is."""
-        return probability_of_none(self.p_value_of_rest) > MAX_UNKNOWN_PROBABILITY
+        """More than noise is left, and it is likelier than not that something is missing which no effect is."""
+        above_noise = not self.error <= MAX_EXPLAINED_ERROR_RATIO * self.noise_floor
+        return above_noise and probability_of_none(self.p_value_of_rest) > MAX_UNKNOWN_PROBABILITY
 
     @property
     def is_explained(self) -> bool:

@@ -21,7 +21,7 @@ INTERVAL_CURE = (
     "say how many seconds are from row to row, by --interval S of `inspect` and `new`, or in a model's [columns] by "
     f't = {{ column = "{ROW_NUMBER}", scale = S }}'
 )
-TURN, MIN_ONE_WAY_SHARE = 2.0 * math.pi, 0.95  # of the way gone, that an angle ends away which never comes back
+WHOLE_TURN, MIN_ONE_WAY_SHARE = 2.0 * math.pi, 0.95  # of the way gone, that an angle ends away which never comes back
 MIN_SWING_UP_PERCENT = 10.0  # of a log's samples beyond the range, from which on that may be meant
 MAX_FIRST_STEP_SHARE = 0.25  # of the largest step, of a machine that begins at rest
 STILL_BAND_SIGMAS = 8.0  # standard deviations of these means within which a channel stands still: a thousand reach 6.5
@@ -142,10 +142,10 @@ def runaway_warnings(log: Log, table: ColumnTable) -> list[str]:
         if table.inputs or name not in table.places or table.units[name] != "rad" or not starts_at_rest(values):
             continue
         turned = abs(float(way.sum()))
-        if turned > TURN and turned > MIN_ONE_WAY_SHARE * float(np.abs(way).sum()):
-            found.append(f"{name} begins at rest and turns {turned / TURN:.2g} times round without coming back, which "
-                         "nothing does that only gravity pulls: something drives it. Add its command to the log, and "
-                         "choose a plant with a motor.")  # fmt: skip
+        if turned > WHOLE_TURN and turned > MIN_ONE_WAY_SHARE * float(np.abs(way).sum()):
+            found.append(f"{name} begins at rest and turns {turned / WHOLE_TURN:.2g} times round without coming back, "
+                         "which nothing does that only gravity pulls: something drives it. Add its command to the log, "
+                         "and choose a plant with a motor.")  # fmt: skip
     return found
 
 

@@ -15,7 +15,7 @@ from derive.parameter_name import ParameterName
 from wheelpend.errors import Failure
 from wheelpend.model.toml_file import GUESS_MARK, MODEL_FILE, UNKNOWN_MARK
 
-MARKS = (f"# {GUESS_MARK}", f"# {UNKNOWN_MARK}")
+UNSTATED_MARKS = (f"# {GUESS_MARK}", f"# {UNKNOWN_MARK}")
 
 
 def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
@@ -96,7 +96,7 @@ def without_guess_mark(text: str, place: tuple[str, ...]) -> str:
         if name not in entry:
             return text
         entry = entry[name]
-    if not isinstance(entry, tomlkit.items.Item) or not entry.trivia.comment.startswith(MARKS):
+    if not isinstance(entry, tomlkit.items.Item) or not entry.trivia.comment.startswith(UNSTATED_MARKS):
         return text
     entry.trivia.comment = entry.trivia.comment_ws = ""
     return tomlkit.dumps(document)
