@@ -479,3 +479,10 @@ def test_a_correction_that_hardly_changes_is_no_rate_of_what_grows_evenly(tmp_pa
     random = np.random.default_rng(1)
     columns = {"t": t, "enc": 20.0 * t + 0.3 * np.sin(9.0 * t), "comp": 20.0 + np.cumsum(random.normal(size=200)) * 0.2}
     assert survey_file(written(tmp_path / "log.csv", columns)).column("comp").role != "rate"
+
+
+def test_what_a_place_is_told_to_do_has_no_rate_in_a_short_log_either(tmp_path):
+    t = 0.01 * np.arange(120)
+    followed = np.sin(3.0 * t)
+    columns = {"t": t, "ref": followed, "pos": followed + 0.02 * np.sin(17.0 * t), "speed": 3.0 * np.cos(3.0 * t)}
+    assert survey_file(written(tmp_path / "log.csv", columns)).column("speed").of == "pos"

@@ -120,8 +120,7 @@ def _changed(
     left, warnings = remainder_or_warning(
         refitted_remainder, changed, [after.of_log(k) for k in range(len(changed.logs))]
     )
-    unpredicted = unpredicted_share([v.part for v in problem.data.validation], judged[-1][1])
-    left = left and replace(left, unpredicted=unpredicted)
+    left = left and replace(left, unpredicted=unpredicted_share(problem.data.held_out, judged[-1][1]))
     undetermined = undetermined_warnings(changed.module, changed.plant, parameter_table(changed, after))
     astray = () if remove else _added_in_vain(problem, step)
     said = (*problem.warnings, *astray, *undetermined, *warnings, *remainder_warnings(left, problem.plant))

@@ -135,9 +135,14 @@ def probability_of_nothing_seen(known: Sequence[Structure]) -> float:
     return nothing + sum(s.unseen for s in known if len(s.effects) == 1)
 
 
+def probability_outside(known: Sequence[Structure]) -> float:
+    """Probability that something is missing which is not in the library."""
+    return sum(s.probability for s in known if s.effects == (NONE_OF_THESE,))
+
+
 def probability_of(effects: Collection[str], known: Sequence[Structure]) -> float:
     """Probability that one of some effects is missing, alone, with others, or beside what is not in the library."""
-    other = sum(s.probability for s in known if s.effects == (NONE_OF_THESE,))
+    other = probability_outside(known)
     tried = sum(s.probability for s in known if s.effects != (NONE_OF_THESE,))  # of those that are listed
     share = sum(s.probability for s in known if not {*effects}.isdisjoint(s.effects)) / tried if tried else 0.0
     return float(share * (1.0 - other + PART_SHARE * other))

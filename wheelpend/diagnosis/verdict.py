@@ -82,7 +82,7 @@ class Diagnosis(DrawnResult):
         problem: EstimationProblem, base: ValidatedFit, verdict: str, candidates: Sequence[CandidateFit]
     ) -> Diagnosis:
         """A verdict on a model as it was fitted, and the effects that may be missing; nothing further is known yet."""
-        judged = [v.part for v in problem.data.validation] or problem.data.estimation
+        judged = problem.data.held_out or problem.data.estimation
         return Diagnosis(
             verdict=verdict,
             horizon_s=problem.horizon,
@@ -261,9 +261,7 @@ def with_remainder(found: Diagnosis, *, progress: Progress = lambda text: None) 
         values = [found.fit.of_log(k) for k in range(len(problem.logs))]
         left, warnings = remainder_or_warning(refitted_remainder, problem, values)
         _, residuals = validation_residuals(problem, found.fit)
-        left = left and replace(
-            left, unpredicted=unpredicted_share([v.part for v in problem.data.validation], residuals)
-        )
+        left = left and replace(left, unpredicted=unpredicted_share(problem.data.held_out, residuals))
     undetermined = undetermined_warnings(problem.module, problem.plant, parameter_table(problem, found.fit))
     said = (*found.warnings, *warnings, *remainder_warnings(left, problem.plant), *undetermined)
     return replace(found, remainder=left, warnings=said)

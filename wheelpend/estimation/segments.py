@@ -70,6 +70,11 @@ class DataSplit:
         return tuple(s.log for s in self.estimation)
 
     @property
+    def held_out(self) -> tuple[Segments, ...]:
+        """The segments on which errors are computed."""
+        return tuple(v.part for v in self.validation)
+
+    @property
     def values(self) -> int:
         """Number of measured values that a model is fitted to."""
         return sum(s.values for s in self.estimation)

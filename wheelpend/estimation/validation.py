@@ -104,7 +104,7 @@ def unpredicted_share(parts: Sequence[Segments], residuals: Sequence[np.ndarray]
 def fit_percent(problem: EstimationProblem, residuals: list[np.ndarray]) -> dict[str, float]:
     """100 (1 − NRMSE) of each channel over the validation segments, the training segments where there are none."""
     found = {}
-    segments = [v.part for v in problem.data.validation] or list(problem.data.estimation)
+    segments = problem.data.held_out or problem.data.estimation
     for c, channel in enumerate(segments[0].log.channels):
         pairs = list(zip(residuals, segments, strict=False))
         error = np.concatenate([r[:, c] * s.sigma[c] for r, s in pairs] or [np.zeros(1)])

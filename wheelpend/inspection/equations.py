@@ -26,6 +26,7 @@ from wheelpend.inspection.signals import (
     Signals,
     TimeShift,
     scan_time_shifts,
+    share_in_common,
     uniform_signals,
 )
 from wheelpend.kernels.kernel_module import KernelModule
@@ -171,13 +172,6 @@ def friction_like_coordinate(signals: Signals, module: KernelModule) -> str:
         if best >= 0 and max(shared) > MIN_FRICTION_SHARE:
             return name
     return ""
-
-
-def share_in_common(one: np.ndarray, other: np.ndarray) -> float:
-    """Share of a signal's power (N,) about its mean that another one explains."""
-    if not (np.ptp(one) and np.ptp(other)):
-        return 0.0
-    return float(np.corrcoef(one, other)[0, 1] ** 2)
 
 
 def friction_like_finding(name: str, coordinate: str) -> Finding:

@@ -22,8 +22,8 @@ MAX_REST_SHARE = 0.05  # of the largest input, that counts as none while a machi
 MIN_PUSH_SHARE = 0.2  # of the largest change of the input, that its mean change until then is
 
 
-def find_backward_start(log: Log, place: str, corrections: LogCorrections, *, hangs: bool) -> list[Finding]:
-    """The finding that a place moves against its input from rest; ``hangs`` where gravity may hold it at first.
+def sets_out_backwards(log: Log, place: str, *, hangs: bool) -> bool:
+    """True of a place that moves against its input from rest; ``hangs`` where gravity may hold it at first.
 
     Else the input must be zero there: against a load something may be commanded that only lets it down.
     """
@@ -31,20 +31,23 @@ def find_backward_start(log: Log, place: str, corrections: LogCorrections, *, ha
     values, pushes = values[known], np.nan_to_num(log.voltage[known])
     largest = float(np.abs(pushes).max(initial=0.0))
     if values.size < 3 or not starts_at_rest(values) or (not hangs and abs(pushes[0]) > MAX_REST_SHARE * largest):
-        return []
+        return False
     away = values - values[0]
     gone = np.abs(away) > max(FIRST_MOTION_SHARE * float(np.ptp(values)), MIN_MOTION_SIGMAS * place_noise(values))
     count = int(np.argmax(gone))
     way = float(np.abs(np.diff(values[: count + 1])).sum())
     if not gone.any() or abs(away[count]) < MIN_STRAIGHT_SHARE * way:
-        return []
+        return False
     change = pushes - pushes[0]
     push, largest = change[:count], float(np.abs(change).max())
     one_sided = push.min(initial=0.0) * push.max(initial=0.0) >= 0.0
-    if not one_sided or abs(push.mean()) < MIN_PUSH_SHARE * largest or push.mean() * away[count] >= 0.0:
-        return []
+    return one_sided and bool(abs(push.mean()) >= MIN_PUSH_SHARE * largest and push.mean() * away[count] < 0.0)
+
+
+def backward_start(place: str, corrections: LogCorrections) -> Finding:
+    """The finding that a place and its rates count the other way than its input."""
     turned = [place, *(rate for rate, of in corrections.table.rates.items() if of == place)]
     corrections.sign.update({c: -corrections.sign.get(c, 1) for c in turned})
     name = corrections.table.input
     sentence = f"{place} sets out from rest against {name}: one of them counts the other way."
-    return [Finding("flipped_sign", place, sentence, f"Map {place} in [columns] with sign = -1.", None)]
+    return Finding("flipped_sign", place, sentence, f"Map {place} in [columns] with sign = -1.", None)

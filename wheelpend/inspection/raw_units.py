@@ -6,7 +6,7 @@ import numpy as np
 
 from wheelpend.inspection.column_names import DUTY_NAMES, stated_base
 from wheelpend.inspection.findings import Finding, LogCorrections
-from wheelpend.inspection.signals import channel_values, is_whole
+from wheelpend.inspection.signals import channel_values, is_whole, share_in_common
 from wheelpend.logs.columns import ColumnMap, ColumnTable
 from wheelpend.logs.log import Log
 
@@ -75,7 +75,7 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
     if not min(there, back) > MIN_WAY_BACK_SHARE * (there + back):
         return []
     name, share = table.inputs[0], 100 * min(there, back) / (there + back)
-    level = share_of_level(log.voltage[known], place[known])
+    level = share_in_common(log.voltage[known], place[known])
     if level > MIN_LEVEL_SHARE:
         sentence = (f"{places[0]} settles at a level that {name} sets ({100 * level:.2g} % of its variance), as a "
                     "speed does and no place.")  # fmt: skip
@@ -85,13 +85,6 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
                 "against the rest): the log has the command's size without its direction.")  # fmt: skip
     cure = "Log the direction pin too, and give the command its sign by it; no motor can be found before."
     return [Finding("rectified", name, sentence, cure, None)]
-
-
-def share_of_level(commanded: np.ndarray, values: np.ndarray) -> float:
-    """Share of the variance of values (N,) that a straight line in what is commanded (N,) explains."""
-    if not (np.isfinite(commanded).all() and np.ptp(commanded) and np.ptp(values)):
-        return 0.0
-    return float(np.corrcoef(commanded, values)[0, 1] ** 2)
 
 
 def states_volts(column: str) -> bool:

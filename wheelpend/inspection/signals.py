@@ -142,6 +142,13 @@ def is_whole(values: np.ndarray) -> bool:
     return bool(known.size and (known == np.round(known)).all() and len(np.unique(known)) > MIN_WHOLE_VALUES)
 
 
+def share_in_common(one: np.ndarray, other: np.ndarray) -> float:
+    """Share of a signal's power (N,) about its mean that another one explains."""
+    if not (np.ptp(one) and np.ptp(other)):
+        return 0.0
+    return float(np.corrcoef(one, other)[0, 1] ** 2)
+
+
 def block_sums(squares: np.ndarray) -> np.ndarray:
     """Sums (JACKKNIFE_BLOCKS,) over consecutive blocks."""
     return np.array([block.sum() for block in np.array_split(squares, JACKKNIFE_BLOCKS)])

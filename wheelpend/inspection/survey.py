@@ -262,8 +262,8 @@ def is_unnamed(name: str) -> bool:
 
 def possible_rates(names: list[str]) -> list[tuple[str, str]]:
     """Pairs of columns of which the second may be the rate of the first by what their names state."""
-    pairs = permutations(names, 2)
-    return [(a, b) for a, b in pairs if kind_by_name(a) != "rate" and kind_by_name(b) != "position"]
+    places = [n for n in names if kind_by_name(n) != "rate" and not contains(n, REFERENCE_NAMES)]
+    return [(a, b) for a in places for b in names if a != b and kind_by_name(b) != "position"]
 
 
 def rates_by_sum(names: list[str], values: dict[str, np.ndarray], t: np.ndarray) -> dict[str, tuple[str, str]]:
@@ -286,7 +286,7 @@ def rates_among(names: list[str], signals: Signals) -> dict[str, tuple[str, str]
     found: dict[str, tuple[str, str]] = {}
     for a, b in sorted(misfit, key=lambda p: misfit[p]):
         limit = MIN_NAMED_RATE_SHARE if is_called_rate(b) else MAX_SWAPPED_MISFIT_SHARE
-        if misfit[a, b] < limit and a not in found and b not in found and not contains(a, REFERENCE_NAMES):
+        if misfit[a, b] < limit and a not in found and b not in found:
             found[b] = ("rate", a)
     return found
 

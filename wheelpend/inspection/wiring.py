@@ -9,7 +9,7 @@ from wheelpend.inspection import wheels_and_body
 from wheelpend.inspection.clocks import rate_shift_findings
 from wheelpend.inspection.equations import find_input_faults, find_second_encoder_fault, is_right_as_it_is
 from wheelpend.inspection.findings import Finding, LogCorrections
-from wheelpend.inspection.first_motion import find_backward_start
+from wheelpend.inspection.first_motion import backward_start, sets_out_backwards
 from wheelpend.inspection.kinematics import RatePair, find_range_in_degrees, find_rate_faults, find_wrapped_angles
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
@@ -45,7 +45,10 @@ def find_faults(
     if second_encoder:
         findings += find_second_encoder_fault(log, module, second_encoder, corrections)
     findings += find_input_faults(log, module, pairs, corrections)
-    has_one_place = module.NQ == 1 and len(table.inputs) == 1
-    if has_one_place and not any(f.kind == "flipped_sign" for f in findings) and not is_right_as_it_is(log, module):
-        findings += find_backward_start(log, table.places[0], corrections, hangs=table.units[table.places[0]] == "rad")
+    if module.NQ > 1 or len(table.inputs) != 1 or any(f.kind == "flipped_sign" for f in findings):
+        return findings
+    place = table.places[0]
+    backwards = sets_out_backwards(log, place, hangs=table.units[place] == "rad")
+    if backwards and not is_right_as_it_is(log, module):
+        findings.append(backward_start(place, corrections))
     return findings

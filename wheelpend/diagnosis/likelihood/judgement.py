@@ -186,8 +186,8 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     own, per_log = estimate_of(fitted, row), estimates_per_log(larger.problem, fitted, row)
     in_logs = [own.coefficients, *(own.coefficients | e.coefficients for e in per_log)]
     predicted = prediction(larger, fitted)
-    gains, held_out = gain_in_blocks(base.predicted, predicted), [v.part for v in larger.problem.data.validation]
-    falls, relative_falls = falls_over_segments(held_out, base.validated.residuals, residuals)
+    gains = gain_in_blocks(base.predicted, predicted)
+    falls, relative_falls = falls_over_segments(larger.problem.data.held_out, base.validated.residuals, residuals)
     rises, price = larger.point.rises_over(base.model.point), price_of_freedom(base.model, larger)
     worth = rises - price / len(rises)
     by_size = _p_value_of_size(larger, fitted, effect)

@@ -251,7 +251,7 @@ def _diagnosis(
     named = tuple(j.candidate for j in supported)
     impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
     missing = base.model.smoothed_forces()
-    unpredicted = unpredicted_share([v.part for v in problem.data.validation], base.validated.residuals)
+    unpredicted = unpredicted_share(problem.data.held_out, base.validated.residuals)
     play = {e.name: PLAY_REASON for e in problem.candidates() if isinstance(e.enters, InternalPlay)}
     if named:
         verdict = "ambiguous" if named[0].equivalent_to else "effect_missing"

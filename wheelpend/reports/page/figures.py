@@ -85,7 +85,7 @@ class ResidualComparison(NamedTuple):
 def residual_comparisons(explanation: Ladder) -> list[ResidualComparison]:
     """Residuals before and after on the held-out segments, or on the training ones where nothing was held out."""
     problem = explanation.problem
-    segments = [v.part for v in problem.data.validation] or list(problem.data.estimation)
+    segments = problem.data.held_out or problem.data.estimation
     before, after = (_residuals(problem, fit) for fit in (explanation.first.fit, explanation.fit))
     return [ResidualComparison(*row) for row in zip(segments, before, after, strict=True)]
 

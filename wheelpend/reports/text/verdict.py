@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from derive import effects as library
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
-from wheelpend.diagnosis.structures import NONE_OF_THESE
+from wheelpend.diagnosis.structures import probability_outside
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.model.units import PlantUnits
@@ -108,7 +108,7 @@ def probable_text(result: Diagnosis) -> str:
     able = [c.effect for c in result.refitted if c.is_possible and c.effect not in result.problem.model.effects]
     known = {effect: sum(s.probability for s in result.structures if effect in s.effects) for effect in able}
     best = max(known, key=lambda effect: known[effect], default="")
-    library_share = 1.0 - sum(s.probability for s in result.structures if s.effects == (NONE_OF_THESE,))
+    library_share = 1.0 - probability_outside(result.structures)
     if not best or known[best] < MIN_TOLD_PROBABILITY or known[best] <= MIN_LIKELY_PROBABILITY * library_share:
         return ""
     within = "" if known[best] > MIN_LIKELY_PROBABILITY else f" of {100 * library_share:.0f} % for all of the library"
