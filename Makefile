@@ -48,8 +48,8 @@ test-extras: $(EXTRAS)
 export-test: $(EXTRAS)
 	$(BIN)/python -m pytest tests/export -rs
 
-# Small mistakes, one at a time, each of which the quick tests must notice: within two hours on two cores; goes on where
-# it was interrupted.
+# Small mistakes, one at a time, each of which the tests of its code must notice, the quick ones or else the slow: goes on
+# where it was interrupted.
 mutate: $(DEV)
 	$(BIN)/python tests/mutation/run.py
 

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from wheelpend import Log, Model, simulate
 from wheelpend.cli.commands import app
+from wheelpend.simulation.simulate import SAMPLE_INTERVAL_S
 
 ROOT = Path(__file__).parent.parent  # of the repository
 DATA = Path(os.environ.get("WHEELPEND_DATA", ROOT.parent / "shared" / "data"))  # measured logs, not in the repository
@@ -19,13 +20,23 @@ DATA = Path(os.environ.get("WHEELPEND_DATA", ROOT.parent / "shared" / "data"))  
 CHANNELS = ("theta_w", "theta_p", "dtheta_p")
 X = dict(zip([f"X{k}" for k in range(1, 8)], (0.0436, 0.0178, 0.1149, 0.8719, 4.6701, 0.7268, 0.7256), strict=True))
 CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}
+SPARSE_S = 0.004  # s, between samples, where an answer is needed and no dense log: a search takes a third of the time
 
 
 @lru_cache
-def simulated(command: str = "aggressive", seed: int = 0, duration: float = 20.0, noise: bool = True, **hide) -> Log:
+def simulated(
+    command: str = "aggressive",
+    seed: int = 0,
+    duration: float = 20.0,
+    noise: bool = True,
+    sample: float = SAMPLE_INTERVAL_S,
+    **hide,
+) -> Log:
     """A log of the paper's robot; effects are hidden as effect__parameter=value."""
     hidden = {name.replace("__", "."): value for name, value in hide.items()}
-    return simulate(Model.default(), command=command, duration=duration, hide=hidden, seed=seed, noise=noise)
+    return simulate(
+        Model.default(), command=command, duration=duration, hide=hidden, seed=seed, noise=noise, sample=sample
+    )
 
 
 def energy(state: np.ndarray, values: dict[str, float]) -> np.ndarray:

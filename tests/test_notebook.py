@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support import simulated
+from tests.support import SPARSE_S, simulated
 from wheelpend import Model, compare, explain, identify, linearize, predict, residuals
 from wheelpend.diagnosis.change import Change
 
@@ -14,7 +14,7 @@ SLOW_TO_REFUTE = ["slosh", "drive_compliance", "backlash", "wheel_slip", "load_f
 
 @pytest.fixture(scope="module")
 def ladder():
-    log = simulated(duration=10.0, coulomb_drive__torque=0.3)
+    log = simulated(duration=10.0, sample=SPARSE_S, coulomb_drive__torque=0.3)
     return explain(Model.default(), log, without=SLOW_TO_REFUTE)
 
 

@@ -23,6 +23,7 @@ def scope(tmp_path_factory):
     return names
 
 
+@pytest.mark.slow
 def test_the_snippets_of_the_page_run_one_after_the_other(scope):
     assert scope["identified"].to_frame().columns == ["parameter", "value", "sigma", "unit", "identifiable"]
     assert scope["log"].name == "drive"

@@ -12,7 +12,6 @@ from tests.pages import NUMBER, as_pattern, blocks, plain, typed
 from tests.support import ROOT
 
 TUTORIALS = ("tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded", "tutorial_workbench")
-QUICK_UNTIL = {"tutorial_robot": "What is missing?"}  # headings from which on it takes longer than quick tests may
 TOLERANCE = 0.2  # of a number that is shown: the last digits depend on the machine
 LONGEST_S = 1200
 
@@ -56,22 +55,15 @@ def near(shown, found):
     return "e-" in shown or float(found) == pytest.approx(float(shown), rel=TOLERANCE, abs=1e-3)
 
 
-def follow(page, shell, until=None):
-    """Do what a page says, in order, up to a heading."""
+def follow(page, shell):
+    """Do what a page says, in order."""
     for block in blocks((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")):
-        if until and block.heading == until:
-            return
         if name := re.match(r"# (\w+\.\w+)\n", block.text):
             shell.write(name[1], block.text)
         for command, shown, _ in typed(block) if block.language == "console" else ():
             output = shell(command)
             missing = [line for line in shown if not is_shown(line, output)]
             assert not missing, f"{command}\nshows no\n{chr(10).join(missing)}\nbut\n{output}"
-
-
-@pytest.mark.parametrize(("page", "until"), QUICK_UNTIL.items())
-def test_the_beginning_of_a_tutorial_does_what_it_says(page, until, shell):
-    follow(page, shell, until)
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 from wheelpend.benchmarks.fleets import made_up
 from wheelpend.benchmarks.fleets.cases import (
@@ -116,6 +117,7 @@ def test_units_that_lack_an_effect_are_diagnosed_where_they_stand_out():
     assert count_fleets(units, answers) is None, "these fleets have no aged units"
 
 
+@pytest.mark.slow
 def test_the_log_of_a_unit_that_lacks_an_effect_has_it():
     unit = units_of_lacking_fleet(1)[0]
     said = diagnose_unit(unit)

@@ -66,6 +66,7 @@ def test_without_coulomb_friction_the_others_are_corrupted(slide):
     )
 
 
+@pytest.mark.slow
 def test_force_pulses_are_located_in_time_and_not_absorbed_into_friction(slide):
     model = identify(slide.with_effects(AXIS_EFFECTS), [DATA / ESTIMATION_LOG], method="inverse").model
     calm, pushed = (compare(model, [DATA / name]) for name in (ESTIMATION_LOG, PULSES_LOG))

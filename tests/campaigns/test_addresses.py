@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import run, simulated
+from tests.support import SPARSE_S, run, simulated
 from wheelpend import Failure, Model, campaign, parallel, save_log
 from wheelpend.campaigns.addresses import address_version, fetched, head_of, is_address, matching, name_of
 from wheelpend.campaigns.manifest import Listed, is_manifest, listed_logs
@@ -26,7 +26,7 @@ def one_core(monkeypatch):
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("served")
     for seed in (0, 1):
-        save_log(folder / f"drive{seed}.csv", simulated(seed=seed, duration=SHORT))
+        save_log(folder / f"drive{seed}.csv", simulated(seed=seed, duration=SHORT, sample=SPARSE_S))
     (folder / "fleet.csv").write_text("log,unit\ndrive0.csv,a\ndrive1.csv,b\ngone.csv,c\n")
     return folder
 
@@ -75,7 +75,12 @@ def s3_server(folder, monkeypatch):
         server.stop()
 
 
-@pytest.fixture(params=[pytest.param("http", marks=pytest.mark.extras), pytest.param("s3", marks=pytest.mark.extras)])
+@pytest.fixture(
+    params=[
+        pytest.param("http", marks=pytest.mark.extras),
+        pytest.param("s3", marks=[pytest.mark.extras, pytest.mark.slow]),
+    ]
+)
 def served(request, files, monkeypatch):
     if request.param == "http":
         pytest.importorskip("aiohttp")

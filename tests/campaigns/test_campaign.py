@@ -60,6 +60,7 @@ def test_what_is_asked_can_be_handed_to_another_process(monkeypatch):
     assert campaign(Model.default(), seeds=[0], duration=SHORT, method="inverse").logs[0].failure is None
 
 
+@pytest.mark.slow
 def test_logs_in_memory_answer_as_logs_do():
     logs = [simulated(seed=seed, duration=SHORT) for seed in (0, 1)]
     columns = [{"t": x.t, "v_in": x.voltage, **dict(zip(x.channels, x.measured.T, strict=True))} for x in logs]

@@ -133,7 +133,8 @@ def test_a_worker_that_dies_is_replaced_and_loses_no_log(two_cores, monkeypatch,
     assert {k: r.log for k, r in found.items()} == {k: str(k) for k in range(6)}
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_workers_end_with_the_campaign_however_that_ends(number, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run("new")

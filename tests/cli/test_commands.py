@@ -4,6 +4,7 @@ import io
 import json
 import re
 import shlex
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,7 +13,7 @@ import pytest
 import typer
 from rich.console import Console
 
-from tests.support import DATA, ROOT, app, run, simulated
+from tests.support import DATA, ROOT, SPARSE_S, app, run, simulated
 from wheelpend import Model, save_log
 from wheelpend.campaigns.summary import LargestDeviation, ParameterAgreement
 from wheelpend.cli.next_step import (
@@ -31,7 +32,7 @@ from wheelpend.reports import console
 def workspace(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run("new")
-    save_log(tmp_path / "log.csv", simulated(duration=8.0, coulomb_drive__torque=0.3))
+    save_log(tmp_path / "log.csv", simulated(duration=8.0, sample=SPARSE_S, coulomb_drive__torque=0.3))
     return tmp_path
 
 
@@ -63,7 +64,7 @@ def test_explain_prints_json_with_the_documented_keys_and_nothing_else(workspace
     (step,) = data["steps"]
     assert step["coefficients"]["torque"] == pytest.approx(0.3, abs=5 * step["sigma"]["torque"])
     assert data["nominal_error"] > data["base_error"] == step["error_before"] > 10 > step["error_after"]
-    assert step["error_after"] == data["error"] == pytest.approx(data["noise_floor"], rel=0.02)
+    assert step["error_after"] == data["error"] == pytest.approx(data["noise_floor"], rel=0.05)
     assert data["base_error"] > 5 * data["error"] and step["p_value"] < 1e-6
 
 
@@ -130,9 +131,10 @@ def next_steps(said):
 
 
 def test_every_command_says_what_to_do_next_with_a_command_line_that_is_one(workspace):
-    simulated = run("simulate", "-o", "my log.csv", "--duration", "6", "--hide", "coulomb_drive=0.3")
-    assert next_steps(simulated) == ["wheelpend compare 'my log.csv'"]
-    compared = run(*shlex.split(next_steps(simulated)[0])[1:])
+    made = run("simulate", "-o", "my log.csv", "--duration", "1", "--hide", "coulomb_drive=0.3")
+    assert next_steps(made) == ["wheelpend compare 'my log.csv'"]
+    shutil.copyfile("log.csv", "my log.csv")  # with as much friction, and less dense
+    compared = run(*shlex.split(next_steps(made)[0])[1:])
     assert next_steps(compared) == ["wheelpend diagnose 'my log.csv'"]
     assert compared.stderr.count("--holdout LOG judges that on another log") == 1
     diagnosed = run(*shlex.split(next_steps(compared)[0])[1:])
@@ -184,7 +186,7 @@ def test_a_command_is_designed_only_for_a_machine_that_is_held_upright(capsys, p
 
 
 def test_no_next_step_is_said_to_a_program(workspace):
-    save_log(workspace / "other.csv", simulated(duration=4.0, seed=3))
+    save_log(workspace / "other.csv", simulated(duration=4.0, sample=SPARSE_S, seed=3))
     assert next_steps(run("compare", "log.csv", "--json", "-")) == []
     (said,) = next_steps(run("compare", "log.csv", "--holdout", "other.csv", "--json", "out.json"))
     assert said == "wheelpend diagnose log.csv --holdout other.csv"

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from tests.support import ROOT, run, simulated
+from tests.support import ROOT, SPARSE_S, run, simulated
 from wheelpend import Model, save_log
 from wheelpend.campaigns.one_log import LogResult
 from wheelpend.campaigns.summary import ParameterAgreement, ParameterRecovery, Summary
@@ -26,7 +26,7 @@ NAMES = {"X1", "X2", "X3", "X4", "X5", "X6", "X7", "theta_w", "theta_p", "dtheta
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("workspace")
     (folder / "model.toml").write_text(Model.default().text, encoding="utf-8")
-    save_log(folder / "log.csv", simulated(duration=4.0, coulomb_drive__torque=0.3))
+    save_log(folder / "log.csv", simulated(duration=4.0, sample=SPARSE_S, coulomb_drive__torque=0.3))
     return folder
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import wheelpend.api
-from tests.support import ROOT, run, simulated
+from tests.support import ROOT, SPARSE_S, run, simulated
 from wheelpend import Model, save_log
 from wheelpend.cli import kept_searches
 from wheelpend.errors import Failure
@@ -36,7 +36,7 @@ def workspace(tmp_path, monkeypatch):
     (tmp_path / "cache").mkdir(mode=0o700)
     monkeypatch.setattr(kept_records, "record_folder", lambda: tmp_path / "cache")
     run("new")
-    save_log(tmp_path / "log.csv", simulated(duration=4.0, coulomb_drive__torque=0.3))
+    save_log(tmp_path / "log.csv", simulated(duration=4.0, sample=SPARSE_S, coulomb_drive__torque=0.3))
     return tmp_path
 
 

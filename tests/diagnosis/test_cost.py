@@ -1,6 +1,7 @@
 """A diagnosis stays cheap: told by simulated samples and by ratios of processor time."""
 
 import numpy as np
+import pytest
 
 from tests.support import quickest, simulated
 from wheelpend import Model, diagnose
@@ -8,6 +9,7 @@ from wheelpend.diagnosis import pair_search
 from wheelpend.estimation.filter_error import FilterProblem
 
 
+@pytest.mark.slow
 def test_a_diagnosis_simulates_and_filters_the_log_a_few_hundred_times(samples, monkeypatch):
     log, filtered, run_log = simulated(duration=20.0, coulomb_drive__torque=0.3), [], FilterProblem._run_log
 

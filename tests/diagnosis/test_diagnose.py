@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import derive
-from tests.support import ROOT, simulated
+from tests.support import ROOT, SPARSE_S, simulated
 from wheelpend import Model, diagnose, explain
 from wheelpend.benchmarks.hidden_effects.cases import benchmark_plant
 
@@ -21,21 +21,21 @@ OTHERS = [
 
 
 def test_a_wrong_encoder_scale_is_all_but_taken_up_by_the_parameters_and_no_size_is_claimed():
-    result = diagnose(Model.default(), [simulated(seed=3, duration=12.0, encoder_scale__scale=0.05)])
+    result = diagnose(Model.default(), [simulated(seed=3, duration=12.0, sample=SPARSE_S, encoder_scale__scale=0.05)])
     assert result.verdict == "nothing_missing"
     assert "encoder_scale" not in result.detectable
     assert result.fit.values["X6"] == pytest.approx(0.7268 / 1.05, rel=1e-3)
 
 
 def test_a_base_fit_that_has_not_arrived_is_no_sign_of_a_missing_effect():
-    log = simulated("simple", seed=3, duration=12.0, encoder_scale__scale=0.02)
+    log = simulated("simple", seed=3, duration=12.0, sample=SPARSE_S, encoder_scale__scale=0.02)
     assert diagnose(Model.default(), [log]).verdict == "nothing_missing"
 
 
 @pytest.mark.parametrize("command", ["aggressive", "simple"])
 @pytest.mark.parametrize("seed", [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in range(2, 6))])
 def test_where_nothing_is_hidden_nothing_is_missing(command, seed):
-    result = diagnose(Model.default(), [simulated(command, seed=100 + seed)])
+    result = diagnose(Model.default(), [simulated(command, seed=100 + seed, sample=SPARSE_S)])
     assert result.verdict == "nothing_missing"
     assert not result.candidates
     assert set(result.detectable) >= {"coulomb_drive", "slope", "voltage_dead_zone"}
@@ -86,27 +86,29 @@ def test_explaining_writes_nothing(tmp_path):
 
     model = workspace.create(tmp_path)
     before = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
-    explain(model, [simulated(seed=3, duration=5.0, slope__angle=0.02)])
+    explain(model, [simulated(seed=3, duration=5.0, sample=SPARSE_S, slope__angle=0.02)])
     assert before == {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
 
 
+@pytest.mark.slow
 def test_a_base_fit_that_runs_astray_is_begun_again():
-    result = diagnose(Model.default(), [simulated(winding_inductance__time_constant=0.01)])
+    result = diagnose(Model.default(), [simulated(sample=SPARSE_S, winding_inductance__time_constant=0.01)])
     assert (result.verdict, result.candidates[0].effect) == ("effect_missing", "winding_inductance")
     assert result.candidates[0].coefficients["time_constant"] == pytest.approx(0.01, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_an_effect_that_contains_one_of_the_model_takes_its_place():
     hidden = {"stribeck_drive__static": 0.5, "stribeck_drive__sliding": 0.2, "stribeck_drive__speed": 0.5}
     model = Model.default().with_effects(["coulomb_drive"])
-    result = explain(model, [simulated(seed=5, duration=12.0, **hidden)])
+    result = explain(model, [simulated(seed=5, duration=8.0, sample=SPARSE_S, **hidden)])
     assert result.effects == ("stribeck_drive",)
     assert result.steps[0].coefficients == pytest.approx({"static": 0.5, "sliding": 0.2, "speed": 0.5}, rel=0.02)
 
 
 def test_what_an_effect_of_the_model_contains_is_not_missing():
     model = Model.default().with_effects(["stribeck_drive"])
-    result = diagnose(model, [simulated(seed=5, duration=12.0, coulomb_drive__torque=0.3)])
+    result = diagnose(model, [simulated(seed=5, duration=12.0, sample=SPARSE_S, coulomb_drive__torque=0.3)])
     assert (result.verdict, result.candidates) == ("nothing_missing", ())
 
 
@@ -149,5 +151,7 @@ def test_an_effect_that_would_feed_energy_is_listed_as_impossible_and_not_named(
 
 def test_where_every_effect_is_left_out_the_rest_is_unexplained():
     every = [e.name for e in derive.effects.applicable_to(benchmark_plant())]
-    found = diagnose(Model.default(), [simulated(seed=3, duration=5.0, coulomb_drive__torque=0.3)], without=every)
+    found = diagnose(
+        Model.default(), [simulated(seed=3, duration=5.0, sample=SPARSE_S, coulomb_drive__torque=0.3)], without=every
+    )
     assert found.verdict == "unexplained" and not found.candidates and set(found.not_judged) == set(every)

@@ -286,6 +286,7 @@ def searched_where_nothing_lowers(monkeypatch, without=OTHERS):
     return rounds_by_likelihood(problem, start, lambda rounds: len(rounds) > 2, lambda text: None)
 
 
+@pytest.mark.slow
 def test_an_effect_without_which_something_repeats_is_named_though_it_lowers_nothing(monkeypatch):
     named, last = searched_where_nothing_lowers(monkeypatch)
     assert named.named[0].effect == "coulomb_drive" and not named.warnings

@@ -106,7 +106,7 @@ def cubic(tmp_path_factory):
             "library_module",
             lambda plant, assumptions, own=(), released=(): free_force_module(plant, assumptions, own),
         )
-        log = simulate(own, hide={"cubic_drag.c": 3.0}, seed=1, duration=9.0)
+        log = simulate(own, hide={"cubic_drag.c": 3.0}, seed=1, duration=9.0, sample=0.002)
     return own, find_law(*fitted(log))
 
 

@@ -28,7 +28,7 @@ def with_gaps(log: Log, model: Model) -> Log:
     "kind",
     [
         "jittered clock",
-        "pitch coloured, 10 ms",
+        pytest.param("pitch coloured, 10 ms", marks=pytest.mark.slow),
         pytest.param("gyro coloured, 5 ms", marks=pytest.mark.slow),
         pytest.param("outliers", marks=pytest.mark.slow),
     ],
@@ -48,6 +48,7 @@ def test_nothing_is_missing_in_a_complete_model_though_clock_and_sensors_are_not
     assert found.verdict == "nothing_missing"
 
 
+@pytest.mark.slow
 def test_a_supply_at_its_end_is_found_beside_a_jittering_clock():
     model, log = complete_log("jittered clock", 7, hide={"voltage_saturation.limit": 8.0})
     assert np.abs(log.voltage).max() > 10.0  # commands beyond it are in the log

@@ -68,7 +68,7 @@ def span_told(found: Diagnosis) -> list[str]:
     return [w for w in found.warnings if "something outside the model moves it" in w]
 
 
-@pytest.mark.parametrize("make", [held_log, struck_log])
+@pytest.mark.parametrize("make", [pytest.param(held_log, marks=pytest.mark.slow), struck_log])
 def test_damping_is_named_with_its_size_beside_a_force_from_outside_and_the_time_of_that_is_told(make):
     found = diagnosed(make)
     assert found.verdict == "effect_missing" and found.named[0].effect == "viscous_drive"

@@ -61,6 +61,7 @@ def test_a_model_is_compared_with_each_log_at_that_log_s_own_slope(sloped):
     assert found.per_log[0]["slope.angle"] == pytest.approx(0.01, abs=5e-4)
 
 
+@pytest.mark.slow
 def test_the_amplitude_of_a_ripple_is_the_machine_s_and_its_phase_the_log_s(runout):
     best = runout.candidates[0]
     assert (runout.verdict, best.effect) == ("effect_missing", "wheel_runout")
@@ -71,6 +72,7 @@ def test_the_amplitude_of_a_ripple_is_the_machine_s_and_its_phase_the_log_s(runo
     assert [np.arctan2(b, a) for a, b in pairs] == pytest.approx(PHASES[:2], abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_held_out_log_turns_the_phase_of_a_ripple_and_leaves_its_amplitude(runout):
     fitted, held = runout.candidates[0].fit, runout.problem.data.validation[0]
     values = calibrated_values(runout.problem, held.calibration, fitted.of_log(0), list(fitted.values))

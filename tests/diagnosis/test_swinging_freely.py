@@ -75,6 +75,7 @@ def test_viscous_damping_is_named_with_its_size_where_every_prediction_is_alread
     assert found.named[0].coefficients["coefficient"] == pytest.approx(0.004, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_sensor_with_another_scale_than_it_should_have_is_told_by_gravity():
     ladder = explain(Model.parse(MODEL), [swinging_log(viscous=0.004, scale=0.045)])
     assert {step.effect for step in ladder.steps} == {"viscous_drive", "link_scale"}
@@ -102,6 +103,7 @@ def magnetic():
     return Log("magnetic", log.t, np.zeros(log.t.size), seen[:, None], ("theta_1",), rates={})
 
 
+@pytest.mark.slow
 def test_a_magnetic_encoder_whose_magnet_is_off_the_axis_is_named_with_its_errors(magnetic):
     ladder = explain(Model.parse(MODEL), [magnetic])
     assert {step.effect for step in ladder.steps} == {"link_nonlinearity", "viscous_drive"}

@@ -43,7 +43,7 @@ def library(tmp_path_factory):
     return exported_to(tmp_path_factory.mktemp("library"), model_with("coulomb_drive"))
 
 
-@pytest.fixture(scope="module", params=["double", "float"])
+@pytest.fixture(scope="module", params=["double", pytest.param("float", marks=pytest.mark.slow)])
 def hazards(request, library):
     """What hazards.c prints, in lines by their names."""
     if not shutil.which("gcc"):
@@ -130,7 +130,9 @@ int main(void) {
 
 
 @needs_gcc
-@pytest.mark.parametrize("precision", [(), ("-DWP_SINGLE",)], ids=["double", "float"])
+@pytest.mark.parametrize(
+    "precision", [pytest.param((), id="double"), pytest.param(("-DWP_SINGLE",), id="float", marks=pytest.mark.slow)]
+)
 def test_a_delay_that_is_none_is_no_delay_and_one_without_end_the_longest(tmp_path, precision):
     exported_to(tmp_path, model_with("actuator_delay", "imu_lag"))
     (tmp_path / "late.c").write_text(LATE_PROGRAM)
@@ -202,7 +204,12 @@ EXAMPLES = {
 }
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+QUICK_EXAMPLES = ("robot with many effects", "pendulum")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK_EXAMPLES else pytest.mark.slow) for name in EXAMPLES]
+)
 @pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
 def test_the_examples_compile_without_a_warning_and_the_machine_stays(name, tmp_path):
     folder = exported_to(tmp_path, EXAMPLES[name]())

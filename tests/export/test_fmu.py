@@ -38,6 +38,7 @@ from wheelpend.model import workspace
 MANY = ("presliding_drive", "actuator_delay", "imu_lag", "winding_inductance", "voltage_dead_zone", "tether_spring")
 ROBOT = "wheel_pendulum"
 under_fmpy = [pytest.mark.extras, needs_gcc]
+VERSIONS = [pytest.param(2, marks=pytest.mark.slow), 3]  # the newer one every time
 
 
 @pytest.fixture
@@ -83,7 +84,7 @@ def in_co_simulation(plant, effects, version, values, steps):
 
 @marked
 @pytest.mark.parametrize("effects", [(), MANY], ids=["plain", "many"])
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_an_fmu_is_valid_and_its_steps_are_those_of_the_kernels(fmpy, version, effects):
     from fmpy.validation import validate_fmu
 
@@ -138,7 +139,7 @@ def test_steps_of_any_length_keep_delays_of_input_and_sensors(fmpy, effects):
 
 
 @marked
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_fmpys_solver_finds_what_an_independent_one_finds(fmpy, version):
     """CVode on the FMU against DOP853 on the accelerations of the module for whole logs, under a held input."""
     exported = exported_with(ROBOT, ())
@@ -179,7 +180,7 @@ def both_ways(fmpy, effects, version, start, duration=0.6, amplitude=0.6):
 
 @marked
 @pytest.mark.parametrize(("effects", "version"), [
-    pytest.param(("coulomb_drive",), 2, id="drive, 2"),
+    pytest.param(("coulomb_drive",), 2, id="drive, 2", marks=pytest.mark.slow),
     pytest.param(("coulomb_drive", "rolling_resistance"), 3, id="drive and ground, 3"),
     *(pytest.param(effects, version, marks=pytest.mark.slow)
       for effects, version in ((("coulomb_drive",), 3), (("stribeck_drive",), 2))),
@@ -218,7 +219,7 @@ def test_in_play_our_steps_come_to_what_fmpys_solver_finds_as_they_become_short(
 
 
 @marked
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 @pytest.mark.parametrize("rate", [0.3, 0.0], ids=["slips", "sticks"])
 def test_directional_derivatives_are_those_of_differences(fmpy, version, rate):
     effects = ("coulomb_drive", "presliding_drive", "winding_inductance")
@@ -281,7 +282,7 @@ def rates_match_small_steps(plant, effects):
 
 
 @marked
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_a_saved_state_a_reset_and_parameters_that_are_set(fmpy, version):
     instance = Instance(ROBOT, ("coulomb_drive",), version).begin({"state.theta_p": 0.05, "coulomb_drive.torque": 0.2})
 
@@ -312,7 +313,7 @@ def test_a_saved_state_a_reset_and_parameters_that_are_set(fmpy, version):
 
 
 @marked
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_what_makes_no_sense_is_an_error_in_words(fmpy, version):
     from fmpy.fmi1 import FMICallException
 
@@ -340,7 +341,7 @@ def test_what_makes_no_sense_is_an_error_in_words(fmpy, version):
 
 
 @marked
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_calls_are_taken_in_the_states_of_fmi_alone(fmpy, version):
     from fmpy.fmi1 import FMICallException
 
@@ -369,7 +370,7 @@ def test_calls_are_taken_in_the_states_of_fmi_alone(fmpy, version):
 
 
 @marked
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_in_co_simulation_outputs_have_derivatives_along_states_and_late_inputs_none(fmpy, version):
     instance = Instance(ROBOT, ("actuator_delay",), version).begin({"state.theta_p": 0.05, "v_in": 0.5})
     instance.fmu.doStep(0.0, 0.002)
@@ -405,7 +406,9 @@ def test_the_token_follows_from_all_that_is_inside():
 
 
 @needs_gcc
-@pytest.mark.parametrize(("version", "harness"), [(2, "fmu_harness.c"), (3, "fmu_harness3.c")])
+@pytest.mark.parametrize(
+    ("version", "harness"), [pytest.param(2, "fmu_harness.c", marks=pytest.mark.slow), (3, "fmu_harness3.c")]
+)
 def test_an_fmu_touches_nothing_that_is_not_its_own(version, harness, tmp_path):
     """The sanitizers stay silent over both kinds, and they tell of memory that is never given back."""
     exported = exported_with(ROBOT, ("coulomb_drive", "actuator_delay", "imu_lag", "payload_step"))
@@ -421,7 +424,7 @@ def test_an_fmu_touches_nothing_that_is_not_its_own(version, harness, tmp_path):
 
 
 @marked
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_functions_are_declared_as_in_the_standards_own_headers(fmpy, version, tmp_path):
     headers = Path(fmpy.__file__).with_name("c-code")
     for name, text in fmu_sources(exported_with(ROBOT, ()), version).items():
@@ -481,6 +484,7 @@ def some_quick(quick, every):
     return [pytest.param(*case, id="-".join(case), marks=() if case in quick else pytest.mark.slow) for case in every]
 
 
+@pytest.mark.slow
 @marked
 def test_a_machine_of_two_inputs_is_exported(fmpy, tmp_path):
     exported_and_checked("arm", (), tmp_path, ["gcc"])
@@ -497,7 +501,7 @@ def test_every_plant_is_exported_as_an_fmu(fmpy, machine, tmp_path):
 @marked
 @pytest.mark.parametrize(
     ("plant", "effect"),
-    some_quick([("cart_pole", "load_friction")], [p.values for p in every_effect()]),
+    some_quick([], [p.values for p in every_effect()]),
 )
 def test_every_effect_of_the_library_is_exported_as_an_fmu(fmpy, plant, effect, tmp_path):
     try:
@@ -538,6 +542,7 @@ def test_a_log_with_delays_and_jitter_is_replayed_as_we_predict_it(fmpy):
     assert ledger.error_in_target == pytest.approx(ledger.error, rel=0.02)  # a delay cuts the steps elsewhere
 
 
+@pytest.mark.slow
 @marked
 def test_where_an_fmu_refuses_the_ledger_says_what_it_said(fmpy, monkeypatch):
     monkeypatch.setattr("wheelpend.export.fmu_replay.finite", lambda value: np.nan)
@@ -553,6 +558,7 @@ def test_without_fmpy_the_ledger_says_so(monkeypatch):
     assert ledger.error_in_target is None and "In the target: not known, FMPy is not installed here." in ledger.text()
 
 
+@pytest.mark.slow
 @needs_gcc
 def test_a_second_export_replaces_the_first_and_no_fmu_that_was_changed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -41,7 +41,9 @@ def difference(numbers, reference):
     return np.abs((numbers - reference) / np.maximum(np.abs(reference), 1.0)).max()
 
 
-@pytest.mark.parametrize("effects", [("coulomb_drive",), MANY], ids=["friction", "many"])
+@pytest.mark.parametrize(
+    "effects", [pytest.param(("coulomb_drive",), id="friction", marks=pytest.mark.slow), pytest.param(MANY, id="many")]
+)
 @needs_gcc
 def test_c_does_what_the_kernels_do(effects, tmp_path):
     exported = exported_model(model_with(*effects))
@@ -50,6 +52,7 @@ def test_c_does_what_the_kernels_do(effects, tmp_path):
     assert 1e-9 < difference(numbers_of_c(exported, tmp_path, "-DWP_SINGLE"), reference) < SINGLE
 
 
+@pytest.mark.slow
 @needs_gcc
 def test_c_touches_nothing_that_is_not_its_own(tmp_path):
     """The sanitizers stay silent over every part."""
@@ -58,7 +61,9 @@ def test_c_touches_nothing_that_is_not_its_own(tmp_path):
     assert difference(numbers_of_c(exported, tmp_path, *options), numbers_of_python(exported)) < DOUBLE
 
 
-@pytest.mark.parametrize("effects", [("coulomb_drive",), MANY], ids=["friction", "many"])
+@pytest.mark.parametrize(
+    "effects", [pytest.param(("coulomb_drive",), id="friction", marks=pytest.mark.slow), pytest.param(MANY, id="many")]
+)
 @needs_node
 def test_javascript_does_what_the_kernels_do(effects, tmp_path):
     exported = exported_model(model_with(*effects))

@@ -160,8 +160,8 @@ CHAINS = (
         asked("inverse", "identify logs/demo4.csv --method inverse"),
         asked("differentiation", "identify logs/demo4.csv --method differentiation"),
         asked("unknown_method", "identify logs/demo4.csv --method guess"),
-        asked("save", "identify logs/demo4.csv --save", "model.toml"),
     )),
+    Chain("identify_save", (BARE, asked("save", "identify logs/demo4.csv --save", "model.toml")), slow=True),
     Chain("identify_long", (
         BARE,
         asked("auto", "identify logs/demo8.csv --method filtered --tau auto --tau-map taus.png", "taus.png"),

@@ -120,6 +120,7 @@ def test_a_fit_far_above_the_noise_says_that_its_values_mean_nothing():
     assert "mean nothing yet. Run `wheelpend diagnose`" in said[0]
 
 
+@pytest.mark.slow
 @pytest.mark.extras
 def test_a_fit_that_has_not_arrived_is_begun_again():
     pytest.importorskip("mujoco")

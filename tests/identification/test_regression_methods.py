@@ -48,6 +48,7 @@ def test_instruments_remove_the_bias_of_filtered_regression():
     assert np.all(worst["iv"] < 0.02) and np.all(worst["iv"] < 0.1 * worst["filtered"])
 
 
+@pytest.mark.slow
 def test_the_standard_errors_of_instruments_hold_though_filters_colour_the_residual():
     results = [identify(Model.default(), [simulated(seed=s)], method="iv") for s in range(8)]
     deviations = np.array([(values(r) - TRUE) / sigmas(r) for r in results])
@@ -140,6 +141,7 @@ def test_the_bias_shows_without_a_controller_too():
     assert bias.biased and bias.against == "shooting"
 
 
+@pytest.mark.slow
 def test_the_papers_hold_is_itself_a_bias_where_noise_is_none():
     holds = {h: identify(Model.default(), [quiet(1e-3, seed=8)], method="recursive", hold=h) for h in ("zero", "first")}
     assert holds["zero"].bias.biased and not holds["first"].bias.biased
@@ -148,6 +150,7 @@ def test_the_papers_hold_is_itself_a_bias_where_noise_is_none():
 # ---- time constants
 
 
+@pytest.mark.slow
 def test_fast_filters_are_chosen_where_there_is_hardly_noise():
     result = identify(Model.default(), [quiet(1e-3, seed=9)], method="filtered", tau="auto", test_bias=False)
     assert result.tau == result.guide.chosen and result.tau[0] < 1.0
@@ -155,6 +158,7 @@ def test_fast_filters_are_chosen_where_there_is_hardly_noise():
     assert "through bias" in result.guide.reason and f"{result.tau[0]:g}" in result.guide.reason
 
 
+@pytest.mark.slow
 def test_the_guide_says_what_more_seeds_confirm(tmp_path):
     log = simulated(seed=10)
     result = identify(Model.default(), [log], method="filtered", tau="auto", test_bias=False)

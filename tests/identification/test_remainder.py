@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from derive.plants.wheel_pendulum import REFERENCE_PARAMETERS
-from tests.support import CONSTANTS, X, simulated
+from tests.support import CONSTANTS, SPARSE_S, X, simulated
 from wheelpend import Model, identify
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import prepare
@@ -27,13 +27,13 @@ INERTIAS = ("X1", "X2", "X3", "X4")
 
 @lru_cache
 def problem(**hide):
-    return prepare(Model.default(), [simulated(duration=6.0, **hide)], use_all=True)
+    return prepare(Model.default(), [simulated(duration=6.0, sample=SPARSE_S, **hide)], use_all=True)
 
 
 @lru_cache
 def rough():
     """An identification of a model without the friction that the machine has."""
-    return identify(Model.default(), [simulated(duration=6.0, coulomb_drive__torque=0.3)])
+    return identify(Model.default(), [simulated(duration=6.0, sample=SPARSE_S, coulomb_drive__torque=0.3)])
 
 
 def remainder_at(problem, values):
@@ -76,7 +76,7 @@ def test_identified_values_keep_what_they_leave_and_a_later_fit_drops_it():
     assert set(model.random_force) == {"wheel", "body"}
     assert model.random_force["wheel"].place == "drive"
     assert model.random_force["wheel"].rms == rough().remainder.force["wheel"].rms
-    clean = identify(model, [simulated(duration=6.0)]).model
+    clean = identify(model, [simulated(duration=6.0, sample=SPARSE_S)]).model
     assert not clean.random_force and "random_force" not in clean.dump()
 
 
@@ -98,7 +98,7 @@ def test_the_widening_of_intervals_is_part_of_their_errors():
 
 
 def test_shooting_has_a_covariance_with_the_errors_of_its_table():
-    found = identify(Model.default(), [simulated(duration=6.0)], method="shooting")
+    found = identify(Model.default(), [simulated(duration=6.0, sample=SPARSE_S)], method="shooting")
     assert found.covariance.names == tuple(X)
     assert np.sqrt(np.diag(found.covariance.matrix)) == pytest.approx([e.sigma for e in found.parameters.values()])
     assert found.covariance.matrix == pytest.approx(found.covariance.matrix.T)

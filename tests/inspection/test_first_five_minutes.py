@@ -61,6 +61,7 @@ def test_a_students_degrees_milliseconds_millivolts_and_flipped_gyro(tmp_path):
     assert at_noise(compared(tmp_path / "lab", path))
 
 
+@pytest.mark.slow
 def test_counts_pwm_and_battery_of_a_two_wheeled_robot(tmp_path):
     log = simulated(duration=10.0)
     wheel, pitch, gyro = log.measured.T

@@ -39,6 +39,8 @@ CODE_FOLDERS = ("wheelpend", "derive", "templates")
 SHARED_TEST_FILES = ("tests/conftest.py", "tests/support.py")
 TIMEOUT_S = 600.0  # of the tests of one mistake; the tests noticed it if they do not end
 CHECK_TIMEOUT_S = 3600.0  # of all tests without a mistake, with every kernel compiled anew
+QUICK, SLOW = "not slow", "slow"  # tests, the former first
+NO_TESTS = 5  # pytest's exit code where it found none
 CAUGHT, PASSED, BROKEN = "caught", "passed", "broken"
 MAX_REASON_LENGTH = 160  # characters of the line that says which test failed
 
@@ -152,7 +154,7 @@ def copies(count: int, root: Path) -> SimpleQueue[Path]:
     return free
 
 
-def run_tests(copy: Path, tests: Iterable[str], timeout_s: float = TIMEOUT_S) -> tuple[int, str]:
+def run_tests(copy: Path, tests: Iterable[str], which: str = QUICK, timeout_s: float = TIMEOUT_S) -> tuple[int, str]:
     """Exit code and output of pytest in a copy, without the measured logs: a public clone does not have them."""
     environment = {
         **os.environ,
@@ -161,7 +163,7 @@ def run_tests(copy: Path, tests: Iterable[str], timeout_s: float = TIMEOUT_S) ->
         "WHEELPEND_CACHE": str(KERNEL_CACHE),
         "WHEELPEND_DATA": str(copy / "no-measured-logs"),
     }
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n0", "-p", "no:cacheprovider", "-m", "not slow", *tests]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n0", "-p", "no:cacheprovider", "-m", which, *tests]
     try:
         done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=timeout_s)
     except subprocess.TimeoutExpired:
@@ -177,6 +179,9 @@ def attempt(free: SimpleQueue[Path], mistake: Mistake, mark: str) -> Outcome:
     try:
         path.write_text(text.replace(mistake.before, mistake.after), encoding="utf-8")
         code, output = run_tests(copy, mistake.tests)
+        if code in (0, NO_TESTS):
+            slow = run_tests(copy, mistake.tests, SLOW, CHECK_TIMEOUT_S)
+            code, output = slow if slow[0] != NO_TESTS else (code, output)
     finally:
         path.write_text(text, encoding="utf-8")
         free.put(copy)
@@ -196,7 +201,7 @@ def failing_tests(free: SimpleQueue[Path], mistakes: Sequence[Mistake]) -> str:
     """What pytest says where the tests of some mistakes fail without any; empty where they pass."""
     copy = free.get()
     try:
-        code, output = run_tests(copy, sorted({t for m in mistakes for t in m.tests}), CHECK_TIMEOUT_S)
+        code, output = run_tests(copy, sorted({t for m in mistakes for t in m.tests}), timeout_s=CHECK_TIMEOUT_S)
     finally:
         free.put(copy)
     return output if code else ""

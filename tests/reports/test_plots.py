@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support import ROOT, X, simulated
+from tests.support import ROOT, SPARSE_S, X, simulated
 from wheelpend import Failure, Model, compare, diagnose, explain, identify, plot, predict, residuals
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -24,7 +24,7 @@ def closed():
 
 @pytest.fixture(scope="module")
 def log():
-    return simulated(duration=4.0, coulomb_drive__torque=0.3)
+    return simulated(duration=4.0, sample=SPARSE_S, coulomb_drive__torque=0.3)
 
 
 @pytest.fixture(scope="module")

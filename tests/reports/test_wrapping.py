@@ -8,7 +8,7 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from tests.support import run, simulated
+from tests.support import SPARSE_S, run, simulated
 from wheelpend import save_log
 from wheelpend.campaigns.summary import ParameterAgreement
 from wheelpend.campaigns.text import AGREEMENT_COLUMNS, _agreement_cells
@@ -80,7 +80,7 @@ def test_the_table_of_a_campaign_breaks_no_number_and_no_name(width, monkeypatch
 def workspace(tmp_path_factory):
     folder = tmp_path_factory.mktemp("narrow")
     run("new", folder)
-    save_log(folder / "log.csv", simulated(duration=4.0, coulomb_drive__torque=0.3))
+    save_log(folder / "log.csv", simulated(duration=4.0, sample=SPARSE_S, coulomb_drive__torque=0.3))
     return folder
 
 
