@@ -14,7 +14,12 @@ from wheelpend.benchmarks.hidden_effects.alarms import (
 from wheelpend.benchmarks.hidden_effects.nonideal_sensors import coloured
 
 
-@pytest.mark.parametrize("kind", ["pitch coloured, 10 ms", "pitch wanders, 0.5 s", "coarse encoder", "outliers"])
+SLOW_KINDS = ("pitch coloured, 10 ms", "coarse encoder", "outliers")
+
+
+@pytest.mark.parametrize(
+    "kind", ["pitch wanders, 0.5 s", *(pytest.param(kind, marks=pytest.mark.slow) for kind in SLOW_KINDS)]
+)
 def test_sensors_that_are_not_ideal_raise_no_alarm(kind):
     found = diagnose_log(kind, 7003)
     assert (found.verdict, found.named) == ("nothing_missing", ())
