@@ -13,7 +13,6 @@ from wheelpend.benchmarks.hidden_effects.alarms import (
 )
 from wheelpend.benchmarks.hidden_effects.nonideal_sensors import coloured
 
-
 SLOW_KINDS = ("pitch coloured, 10 ms", "coarse encoder", "outliers")
 
 
