@@ -309,7 +309,7 @@ def test_after_an_identification_that_lacks_something_comes_a_diagnosis(capsys):
     for lacking, command in ((True, "diagnose"), (False, "compare")):
         say_after_identification(files, lacking)
         assert capsys.readouterr().err.endswith(f": wheelpend {command} log.csv\n")
-    large = RowForce(9.0, "V", None, 0.8, 0.1, "drive")
+    large = RowForce(9.0, "V", None, 0.8, 0.8, 0.1, "drive")
     assert say_that_something_is_missing(
         remainder_warnings(Remainder({"wheel": large}), Model.default().plant_signature)
     )

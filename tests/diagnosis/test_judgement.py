@@ -193,7 +193,9 @@ def test_effects_are_alike_where_likelihood_and_horizon_are():
         ("load_friction",),
         ("coulomb_drive",),
     ]
-    assert [j.candidate.equivalent_to for j in most_telling_first([one, nearer])] == [(), ()]
+    assert [j.candidate.equivalent_to for j in most_telling_first([one, nearer])] == [("coulomb_drive",), ()]
+    less = nearer._replace(in_sample=250.0)  # more evidence too
+    assert [j.candidate.equivalent_to for j in most_telling_first([one, less])] == [(), ()]
 
 
 def test_of_laws_with_much_evidence_that_comes_first_which_no_other_clearly_leads():

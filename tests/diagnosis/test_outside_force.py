@@ -155,7 +155,7 @@ def test_a_row_without_a_force_says_nothing():
     [(0.0, 0.5, True), (0.1, 0.5, True), (0.2, 0.5, False), (0.0, 0.0, False), (np.inf, np.inf, False)],
 )
 def test_far_calmer_is_what_leaves_less_than_a_third(calm, whole, answer):
-    found, before = (SimpleNamespace(remainder=SimpleNamespace(share_of_drive=s)) for s in (calm, whole))
+    found, before = (SimpleNamespace(remainder=SimpleNamespace(share=s)) for s in (calm, whole))
     assert is_far_calmer(found, before) is answer
 
 

@@ -87,6 +87,7 @@ def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_f
 class Problem:
     redundant_effects: tuple[str, ...]
     only_lasting: bool = False
+    floor: float = 0.95
 
 
 def ended(*effects, verdict="nothing_missing", by_likelihood=False):
@@ -189,6 +190,7 @@ def test_a_pair_is_sought_behind_backlash_that_explains_a_part_and_once_more_wit
         (ended(), LEFT, 1.0, "likely"),
         (ended("slope"), FOUND, 1.0, "likely"),  # the name had been that of what resembles it
         (ended("slope"), FOUND, 1.1, "reached"),  # which predicts worse
+        (ended("slope"), FOUND, 1.004, "likely"),  # by no more than makes a step
         (ended("slope"), LEFT, 1.0, "reached"),  # and does not explain the rest
         (ended("slope"), OTHER, 1.0, "reached"),  # the same once more
     ],

@@ -20,7 +20,7 @@ from wheelpend.identification.remainder import Remainder, RowForce, SensorError,
 from wheelpend.identification.remainder_at import likeliest_point, refitted_remainder, remainder_or_warning
 from wheelpend.model.entries import RandomForce, SensorNoise
 
-FORCE = RowForce(0.2, "V", 33.0, 0.1, 0.1, "drive")
+FORCE = RowForce(0.2, "V", 33.0, 0.1, 0.1, 0.1, "drive")
 ROBOT = Model.default().plant_signature
 INERTIAS = ("X1", "X2", "X3", "X4")
 
@@ -81,7 +81,7 @@ def test_identified_values_keep_what_they_leave_and_a_later_fit_drops_it():
 
 
 def test_a_place_is_stored_only_where_the_force_acts_on_several_rows():
-    left = Remainder({"wheel": FORCE, "body": RowForce(0.1, "V", None, 0.1, 0.2, "body")},
+    left = Remainder({"wheel": FORCE, "body": RowForce(0.1, "V", None, 0.1, 0.1, 0.2, "body")},
                      {"theta_p": SensorError(0.001, "rad", 2.0, 0.3)})  # fmt: skip
     model = with_remainder(Model.default(), left)
     assert model.random_force == {"wheel": RandomForce(0.2, 0.1, "drive"), "body": RandomForce(0.1, 0.2)}
@@ -109,7 +109,7 @@ def test_shooting_has_a_covariance_with_the_errors_of_its_table():
 
 @pytest.mark.parametrize(("share", "warned"), [(0.51, True), (0.49, False), (np.inf, True)])
 def test_a_force_as_large_as_the_drive_is_warned_of(share, warned):
-    left = Remainder({"wheel": RowForce(1.0, "V", None, share, 0.1, "wheel")})
+    left = Remainder({"wheel": RowForce(1.0, "V", None, share, share, 0.1, "wheel")})
     said = warnings.remainder_warnings(left, ROBOT)
     assert any("More than half" in w and "wheelpend diagnose" in w for w in said) == warned
     assert not warnings.remainder_warnings(None, ROBOT) and not warnings.remainder_warnings(Remainder(), ROBOT)

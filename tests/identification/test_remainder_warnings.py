@@ -14,7 +14,7 @@ ROBOT = Model.default().plant_signature
 
 
 def left(share):
-    return Remainder({"wheel": RowForce(0.2, "V", None, share, 0.1, "wheel")}, places=("wheel",))
+    return Remainder({"wheel": RowForce(0.2, "V", None, share, share, 0.1, "wheel")}, places=("wheel",))
 
 
 @pytest.mark.parametrize(("share", "mostly"), [(0.05, False), (0.49, False), (0.51, True), (13.0, True)])

@@ -35,7 +35,7 @@ MODEL = Model.default()
 
 
 def force(place="drive", share=0.03, torque=35.1, at_bound=False, rms=0.21):
-    return RowForce(rms, "V", torque, share, 0.12, place, at_bound)
+    return RowForce(rms, "V", torque, share, share, 0.12, place, at_bound)
 
 
 def test_a_force_along_a_port_is_told_once():

@@ -221,7 +221,7 @@ def step_between(before: Diagnosis, after: Diagnosis) -> Step:
 
 def remaining_force(found: Diagnosis) -> float | None:
     """The largest random force that is left on a row, as a share of its drive; None where it was not measured."""
-    return None if found.remainder is None else found.remainder.share_of_drive
+    return None if found.remainder is None else found.remainder.share
 
 
 def overall_verdict(steps: Sequence[Step], last: Diagnosis) -> str:

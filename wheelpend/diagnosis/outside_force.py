@@ -52,7 +52,7 @@ def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
     log, and what a filter along the logs does where it cannot follow the model.
     """
     problem = model.problem
-    if model.remainder().share_of_drive < MIN_CALMED_SHARE:
+    if model.remainder().share < MIN_CALMED_SHARE:
         return None
     whole = prepare(problem.model, problem.logs, horizon=problem.horizon, use_all=True, without=problem.without)
     forces = forces_by_filter(replace(whole, max_step=problem.max_step), Fit.at({}, model.log_values))
@@ -70,7 +70,7 @@ def is_far_calmer(found: Diagnosis, before: Diagnosis) -> bool:
 
     A model that reaches sensor noise over the horizon leaves nothing.
     """
-    shares = [one.remainder.share_of_drive if one.remainder else 0.0 for one in (found, before)]
+    shares = [one.remainder.share if one.remainder else 0.0 for one in (found, before)]
     return shares[0] * CALM_RATIO < shares[1]
 
 

@@ -213,7 +213,7 @@ def _with_what_shows_later(
 
     Every segment has a start of its own, and what is small and lasts, damping above all, hardly shows over so short a
     time. The filter sees it over the whole log, and a random force takes its place. Where effects were named already,
-    others count only if they predict as well and leave nothing that repeats.
+    others count only if they predict as well, or at the noise floor, and leave nothing that repeats.
     """
     error, reached, fitted = best_result(rounds)
 
@@ -227,7 +227,7 @@ def _with_what_shows_later(
         return [*rounds[:-1], replace(rounds[-1], warnings=(*rounds[-1].warnings, *warnings))] if warnings else rounds
     if not any(r.named for r in rounds):
         return likely if any(r.named or not r.is_explained for r in likely) else rounds
-    as_good = best_result(likely)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * error
+    as_good = best_result(likely)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * max(error, problem.floor)
     return likely if as_good and likely[-1].is_explained and _names(likely) != _names(rounds) else rounds
 
 

@@ -113,8 +113,8 @@ def force_scale(
     module: KernelModule, logs: Sequence[Log], starts: Callable[[], Iterable[Mapping[str, float]]]
 ) -> float:
     """Size of the input's forces, or where none acts the least of what several starts call the modelled ones."""
-    driven = float(np.max(modelled_forces(module, logs, dict.fromkeys(module.LINEAR, 0.0))))
-    return driven or max(min(float(np.max(modelled_forces(module, logs, s))) for s in starts()), 1e-12)
+    driven = float(np.max(modelled_forces(module, logs, dict.fromkeys(module.LINEAR, 0.0)).together))
+    return driven or max(min(float(np.max(modelled_forces(module, logs, s).together)) for s in starts()), 1e-12)
 
 
 def _as_fit(
@@ -209,6 +209,6 @@ def _table(
 def remainder_at_point(problem: EstimationProblem, estimator: FilterEstimator, point: FilterPoint) -> Remainder:
     """What a point leaves to chance."""
     filters = estimator.problem
-    drive = modelled_forces(filters.module, problem.logs, filters.space.values_of_log(point.theta, 0))
+    acting = modelled_forces(filters.module, problem.logs, filters.space.values_of_log(point.theta, 0))
     sigma = np.sqrt(np.mean([s.sigma**2 for s in filters.segments], axis=0))
-    return remainder_of(problem.model, point.sources, drive, sigma, estimator.correlation_bounds[1])
+    return remainder_of(problem.model, point.sources, acting, sigma, estimator.correlation_bounds[1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,7 @@ class RowForce:
     unit: str
     rms_torque: float | None  # the same in N m or N, where the constant for it is known
     share_of_drive: float  # its rms over that of all modelled forces on the row but inertia
+    share: float  # the same, or its rms over that of the input's force alone where that is larger
     correlation_time_s: float
     place: str  # the row, or the port along which it acts on several
     at_bound: bool = False  # the correlation time is the longest that these logs allow
@@ -39,6 +40,7 @@ class RowForce:
             "unit": self.unit,
             "rms_torque": self.rms_torque,
             "share_of_drive": self.share_of_drive,
+            "share": self.share,
             "correlation_time_s": self.correlation_time_s,
             "place": self.place,
             "at_bound": self.at_bound,
@@ -87,13 +89,13 @@ class Remainder:
 
     @property
     def strongest(self) -> RowForce | None:
-        """The force that is the largest share of its row's drive; None without any."""
-        return max(self.force.values(), key=lambda f: f.share_of_drive, default=None)
+        """The force that is the largest share of what acts on its row; None without any."""
+        return max(self.force.values(), key=lambda f: f.share, default=None)
 
     @property
-    def share_of_drive(self) -> float:
-        """The force that is the largest share of its row's drive, as that share; 0 without any."""
-        return self.strongest.share_of_drive if self.strongest else 0.0
+    def share(self) -> float:
+        """The force that is the largest share of what acts on its row, as that share; 0 without any."""
+        return self.strongest.share if self.strongest else 0.0
 
     def to_json(self) -> dict[str, Any]:
         """The remainder under the keys of JSON."""
@@ -110,6 +112,18 @@ class Remainder:
         }
 
 
+class ActingForces(NamedTuple):
+    """Root mean squares of the modelled generalised forces on each row (NQ,) but inertia, along the measured motion."""
+
+    together: np.ndarray  # of their sum
+    of_input: np.ndarray  # of what the input changes in it
+
+    @property
+    def largest(self) -> np.ndarray:
+        """The larger of both: in motion at constant speed the drive and what it overcomes cancel."""
+        return np.maximum(self.together, self.of_input)
+
+
 def with_remainder(model: Model, left: Remainder | None) -> Model:
     """The model with what is left to chance in its file; without any where nothing is, or where that is not known."""
     if left is None:
@@ -124,12 +138,11 @@ def with_remainder(model: Model, left: Remainder | None) -> Model:
 
 
 def remainder_of(
-    model: Model, sources: Sequence[Sources], drive: np.ndarray, sigma: np.ndarray, longest: float
+    model: Model, sources: Sequence[Sources], acting: ActingForces, sigma: np.ndarray, longest: float
 ) -> Remainder:
     """What the sources of some logs amount to, the root mean square over the logs.
 
-    drive (NQ,) is the size of the modelled forces on each row, sigma (NY,) that of the sensors' noise, longest [s] the
-    correlation time that was allowed.
+    sigma (NY,) is the size of the sensors' noise, longest [s] the correlation time that was allowed.
     """
     plant, kinds = model.plant_signature, sources[0]
     sizes = np.sqrt(np.mean([[s.rms**2 for s in own] for own in sources], axis=0)) if kinds else np.zeros(0)
@@ -138,7 +151,7 @@ def remainder_of(
         on_row = np.array([abs(s.rows[number]) for s in kinds]) * sizes
         if np.any(on_row):
             leading = kinds[int(np.argmax(on_row))]
-            forces[coordinate.row] = _row_force(model, plant, number, on_row, leading, drive, longest)
+            forces[coordinate.row] = _row_force(model, plant, number, on_row, leading, acting, longest)
     errors = {}
     for number, channel in enumerate(plant.channels):
         of_channel = [
@@ -163,33 +176,41 @@ def _row_force(
     number: int,
     on_row: np.ndarray,
     leading: RandomSource,
-    drive: np.ndarray,
+    acting: ActingForces,
     longest: float,
 ) -> RowForce:
     rms = float(np.sqrt((on_row**2).sum()))
+    together, largest = float(acting.together[number]), float(acting.largest[number])
     constant = plant.scale_constant
     scale = model.constants.get(constant.name) if constant else None
     return RowForce(
         rms,
         plant.force_unit(plant.coordinates[number].unit),
         None if scale is None else rms * scale,
-        rms / float(drive[number]) if drive[number] > 0.0 else np.inf,
+        rms / together if together > 0.0 else np.inf,
+        rms / largest if largest > 0.0 else np.inf,
         leading.correlation_time,
         leading.place,
         leading.is_at_bound(longest),
     )
 
 
-def modelled_forces(module: KernelModule, logs: Sequence[Log], values: Mapping[str, float]) -> np.ndarray:
-    """Root mean square (NQ,) of all modelled generalised forces on each row but inertia, along the measured motion."""
-    squares, count = np.zeros(module.NQ), 0
+def modelled_forces(module: KernelModule, logs: Sequence[Log], values: Mapping[str, float]) -> ActingForces:
+    """What acts on each row of a model of these values, along the measured motion."""
+    squares, count = np.zeros((2, module.NQ)), 0
     for log in logs:
         parameters, states = kernel_parameters(module, values, log), measured_states(module, log)
         chosen = np.unique(np.linspace(0, len(log) - 1, MAX_FORCE_SAMPLES).astype(int))
         known = dict(zip(module.PARAMETERS, parameters, strict=True))
         linear = np.array([known[n] for n in module.LINEAR])
         for k in chosen[np.isfinite(log.inputs[:, chosen]).all(axis=0)]:
-            left, phi = module.regressor(log.t[k], states[k], np.zeros(module.NQ), log.voltage[k], parameters)
-            squares += (left - phi @ linear) ** 2
+            driven, idle = (
+                left - phi @ linear
+                for left, phi in (
+                    module.regressor(log.t[k], states[k], np.zeros(module.NQ), log.voltage[k] * on, parameters)
+                    for on in (1.0, 0.0)
+                )
+            )
+            squares += np.square([driven, driven - idle])
             count += 1
-    return np.sqrt(squares / max(count, 1))
+    return ActingForces(*np.sqrt(squares / max(count, 1)))

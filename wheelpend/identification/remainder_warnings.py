@@ -35,7 +35,7 @@ def is_mostly_chance(left: Remainder | None) -> bool:
     A force that changes from sample to sample may be large and move next to nothing.
     """
     force = left.strongest if left else None
-    if left is None or force is None or force.share_of_drive < LARGE_FORCE_SHARE:
+    if left is None or force is None or force.share < LARGE_FORCE_SHARE:
         return False
     return left.unpredicted is None or left.unpredicted >= LARGE_UNPREDICTED_SHARE
 

@@ -77,7 +77,7 @@ class FilteredModel:
     @cached_property
     def row_drives(self) -> np.ndarray:
         """Size of the modelled forces on each row (rows,), in its own unit; the largest of all where it has none."""
-        drives = modelled_forces(self.problem.module, self.problem.logs, self.log_values[0])
+        drives = modelled_forces(self.problem.module, self.problem.logs, self.log_values[0]).together
         return np.where(drives > 0.0, drives, drives.max() or 1.0)
 
     def remainder(self) -> Remainder:

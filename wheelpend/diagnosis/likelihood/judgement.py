@@ -119,15 +119,16 @@ class Judged(NamedTuple):
         return lowers_force or self._error_ratio(error_before) < 1.0 - MIN_RELATIVE_ERROR_DECREASE
 
     def raises_error(self, error_before: float) -> bool:
-        """Raising the error by more than the force falls, and in most segments: clearly by its scatter between them.
+        """Raising the error by a larger factor than the force falls, and in most segments: clearly by its scatter.
 
-        A force at random makes an error over the horizon that the true law may well raise by chance.
+        A force at random makes an error over the horizon that the true law may well raise by chance; and a machine of
+        so large an inertia that the force alone moves it predicts well that it goes on as it goes.
         """
         if np.isfinite(error_before) and not np.isfinite(self.candidate.error_after):
             return True  # it runs away, and of nothing there is no scatter
-        margin = max(self.less_force, MIN_RELATIVE_ERROR_DECREASE)
+        factor = max(1.0 / max(1.0 - self.less_force, MIN_FORCE_SHARE), 1.0 + MIN_RELATIVE_ERROR_DECREASE)
         clearly = gain_statistic(self.relative_falls) < -MIN_CLEAR_STATISTIC or len(self.relative_falls) < 2
-        return clearly and self._error_ratio(error_before) >= 1.0 + margin
+        return clearly and self._error_ratio(error_before) >= factor
 
     def _error_ratio(self, error_before: float) -> float:
         return self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
@@ -139,7 +140,12 @@ class Judged(NamedTuple):
     @property
     def evidence_per_parameter(self) -> float:
         """The evidence for each of the effect's parameters [nats]."""
-        return self.evidence / len(derive.effects.find(self.candidate.effect).parameters)
+        return self.evidence / self.size
+
+    @property
+    def size(self) -> int:
+        """Number of the effect's parameters."""
+        return len(derive.effects.find(self.candidate.effect).parameters)
 
     def lead_over(self, other: Judged) -> tuple[float, float]:
         """By how many standard errors between blocks held-out data are likelier, and nearer over the horizon."""
@@ -151,6 +157,14 @@ class Judged(NamedTuple):
         over the horizon.
         """
         return max(map(abs, self._statistics_over(other))) < MIN_CLEAR_STATISTIC
+
+    def rivals(self, first: Judged) -> bool:
+        """True where data do not tell it from an effect that comes before it.
+
+        Or where there is more evidence for it, with no more parameters: that effect leads over the horizon, say, and
+        data of the fit speak for this one.
+        """
+        return self.is_like(first) or (self.evidence > first.evidence and self.size <= first.size)
 
     def clearly_leads(self, other: Judged) -> bool:
         """True where data are clearly likelier than with another effect, those of the fit or those held out, or these
@@ -318,13 +332,16 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
     Or a simpler one that it has in it: what more an effect of several parameters explains is judged beside the simple
     one, in the next round. Nor does a difference between directions come before the friction that differs, where these
     data do not tell them apart: of a motor that runs one way only. Each has the names of those that data do not tell
-    from it.
+    from it, or for which there is more evidence though it leads.
     """
     able = [j for j in supported if improves_on_nested(j, supported)]
     found = sorted(able, key=lambda j: (sum(o.clearly_leads(j) for o in able), -j.evidence_per_parameter))
     plainer = _plainer_than(found[0], found) if found else ()
     found.sort(key=lambda j: j.candidate.effect not in plainer)
-    return [_with_equivalents(j, [o for o in found if o is not j and o.is_like(j)]) for j in found]
+    return [
+        _with_equivalents(j, [*(o for o in found[:k] if o.is_like(j)), *(o for o in found[k + 1 :] if o.rivals(j))])
+        for k, j in enumerate(found)
+    ]
 
 
 def _plainer_than(one: Judged, others: Sequence[Judged]) -> tuple[str, ...]:

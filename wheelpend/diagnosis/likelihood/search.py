@@ -115,7 +115,7 @@ def leaves_a_force(problem: EstimationProblem, fitted: Fit, progress: Progress) 
     progress("looking for a random force behind sensor noise")
     logs = problem.logs
     left = refitted_remainder(problem, [fitted.of_log(k) for k in range(len(logs))]).strongest
-    if left is None or left.share_of_drive < MIN_SEARCHED_SHARE:
+    if left is None or left.share < MIN_SEARCHED_SHARE:
         return False
     shortest, _ = correlation_bounds([log.duration for log in logs], min(log.dt for log in logs))
     sticks = any(isinstance(derive.effects.find(e).enters, DryForce) for e in problem.model.effects)

@@ -43,7 +43,7 @@ def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str 
     begin = f"{LEFT_TO_CHANCE}{_as_it_stands_text(as_it_stands, model)}:"
     lines, told = list[str](), set[str]()
     for place, rows in _rows_by_force(left):
-        row, strongest = max(rows, key=lambda r: r[1].share_of_drive)
+        row, strongest = max(rows, key=lambda r: r[1].share)
         where = f"on the {row} row in all" if place in told else _place_text(row, strongest, model)
         lines += _force_sentences(strongest, where, quantities, "And" if lines else begin)
         told.add(place)
@@ -73,8 +73,8 @@ def _place_text(row: str, force: RowForce, model: Model) -> str:
 
 def _force_sentences(force: RowForce, place: str, quantities: PlantUnits, begin: str) -> list[str]:
     physical = "" if force.rms_torque is None else f" ({digits_text(force.rms_torque, 3)} {quantities.physical})"
-    share = f", {share_text(force.share_of_drive)} of the drive" if is_number(force.share_of_drive) else ""
-    negligible = ": negligible" if force.share_of_drive < NEGLIGIBLE_SHARE else ""
+    share = f", {share_text(force.share)} of the drive" if is_number(force.share) else ""
+    negligible = ": negligible" if force.share < NEGLIGIBLE_SHARE else ""
     unit = "" if force.unit == "1" else f" {force.unit}"
     found = (f"{begin} a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "
              f"correlation time {time_text(force.correlation_time_s)}{negligible}.")  # fmt: skip

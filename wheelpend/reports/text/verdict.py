@@ -208,7 +208,7 @@ def is_at_noise(result: Diagnosis) -> bool:
 def chance_sentence(left: Remainder | None) -> str:
     """What is left to chance, to follow another sentence: it may be as slow as a law on so short a log."""
     strongest = left.strongest if left is not None else None
-    slow = strongest is not None and strongest.at_bound and strongest.share_of_drive >= NEGLIGIBLE_SHARE
+    slow = strongest is not None and strongest.at_bound and strongest.share >= NEGLIGIBLE_SHARE
     return SLOW_CHANCE_SENTENCE if slow else CHANCE_SENTENCE
 
 
