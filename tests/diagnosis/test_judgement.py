@@ -66,6 +66,8 @@ def test_an_error_may_rise_by_less_than_the_force_falls():
     assert judged(109.0, 0.1).is_supported(100.0) and not judged(112.0, 0.1).is_supported(100.0)
     lag = judged(200.0, 0.47)  # that half of the force went into
     assert not lag.is_supported(100.0) and not lag.improves(100.0) and judged(155.0, 0.6).improves(100.0)
+    assert judged(320.0, 0.95).improves(100.0)  # without it nothing but the force had moved the machine
+    assert not judged(320.0, 0.65).improves(100.0) and judged(320.0, 1.0).improves(100.0)
 
 
 def test_an_error_that_rises_by_chance_is_no_argument_against_a_law_that_lowers_the_force():

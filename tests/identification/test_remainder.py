@@ -1,5 +1,6 @@
 """What a model leaves to chance: at its values, refitted, stored; and the warnings of a fit."""
 
+from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
 
@@ -8,7 +9,7 @@ import pytest
 
 from derive.plants.wheel_pendulum import REFERENCE_PARAMETERS
 from tests.support import CONSTANTS, SPARSE_S, X, simulated
-from wheelpend import Model, identify
+from wheelpend import Log, Model, identify
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import Estimate
@@ -16,8 +17,9 @@ from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.identification import inverse_dynamics
 from wheelpend.identification import remainder_warnings as warnings
 from wheelpend.identification.filter_error_method import remainder_at_point
-from wheelpend.identification.remainder import Remainder, RowForce, SensorError, with_remainder
+from wheelpend.identification.remainder import Remainder, RowForce, SensorError, modelled_forces, with_remainder
 from wheelpend.identification.remainder_at import likeliest_point, refitted_remainder, remainder_or_warning
+from wheelpend.kernels.load import free_force_module
 from wheelpend.model.entries import RandomForce, SensorNoise
 
 FORCE = RowForce(0.2, "V", 33.0, 0.1, 0.1, 0.1, "drive")
@@ -57,6 +59,20 @@ def test_what_wrong_values_leave_shrinks_when_they_are_refitted():
     wrong = {n: 0.95 * v for n, v in X.items()} | CONSTANTS
     assert remainder_at(problem(), [wrong]).strongest.share_of_drive > 0.01
     assert refitted_remainder(problem(), [wrong]) == Remainder()
+
+
+def test_at_constant_speed_the_input_measures_a_force_and_not_what_is_left_of_it_by_friction():
+    model = Model.parse('plant = "slide"\neffects = ["viscous_drive"]\n')
+    t = np.arange(300) * 0.01
+    log = Log("slow", t, np.full(300, 2.0), (0.5 * t)[:, None], ("x",), rates={})
+    module = free_force_module(model.plant, model.assumptions, model.effects)
+    values = {"X1": 1.0, "viscous_drive.coefficient": 3.9}
+    acting = modelled_forces(module, [log], values)
+    assert acting.together == pytest.approx([0.05], abs=1e-3) and acting.of_input == pytest.approx([2.0])
+    assert (acting.largest == acting.of_input).all()
+    assert modelled_forces(module, [replace(log, voltage=np.zeros(300))], values).largest == pytest.approx(
+        [1.95], abs=1e-3
+    )
 
 
 def test_what_cannot_be_filtered_is_null_with_a_warning():

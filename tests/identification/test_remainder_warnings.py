@@ -5,7 +5,7 @@ import pytest
 from tests.support import simulated
 from wheelpend import Model, add, identify
 from wheelpend.estimation.estimate import Estimate
-from wheelpend.identification.remainder import Remainder, RowForce
+from wheelpend.identification.remainder import Remainder, RowForce, SensorError
 from wheelpend.identification.remainder_warnings import is_mostly_chance, remainder_warnings, undetermined_warnings
 from wheelpend.kernels.load import free_force_module
 from wheelpend.reports.text.verdict import has_repeating
@@ -27,6 +27,17 @@ def test_the_input_is_spoken_of_where_there_is_one():
     free = Model.parse('plant = "pendulum"\n').plant_signature
     (of_a_motor,), (of_none,) = remainder_warnings(left(0.8), ROBOT), remainder_warnings(left(0.8), free)
     assert "log the mean of the input" in of_a_motor and "input" not in of_none
+
+
+@pytest.mark.parametrize(
+    ("sigmas", "unpredicted", "mostly"), [(5.0, 0.4, True), (5.0, 0.2, False), (0.8, 0.4, False), (5.0, None, False)]
+)
+def test_what_is_missed_and_taken_for_a_sensors_error_is_mostly_chance(sigmas, unpredicted, mostly):
+    error = SensorError(0.25, "rad", sigmas, 0.2)
+    missed = Remainder(sensors={"theta_p": error}, unpredicted=unpredicted)
+    assert is_mostly_chance(missed) is mostly
+    said = remainder_warnings(missed, ROBOT)
+    assert len(said) == mostly and all("taken for errors of theta_p." in s for s in said)
 
 
 def test_nothing_left_is_no_chance():

@@ -1,9 +1,18 @@
 """Columns under other names are guessed."""
 
-import numpy as np
+import tomllib
 
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lfilter
+
+from tests.raw_logs import write_csv
 from wheelpend import Model
+from wheelpend.errors import Failure
+from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.inspect import inspect_file
+from wheelpend.inspection.survey import right_sides, survey_file
 from wheelpend.logs.read import save_log
 
 
@@ -23,3 +32,62 @@ def test_columns_are_guessed_by_name_unit_and_by_what_grows(tmp_path):
     assert 'dtheta_p = { column = "gyro_y [deg/s]", unit = "deg/s" }' in found.proposal
     again = Model.parse(Model.default().text.partition("[columns]")[0] + found.proposal)
     assert again.columns["theta_p"].unit == "deg"
+
+
+def test_an_angle_of_a_fast_motor_is_in_degrees_wrapped_or_not(tmp_path):
+    t = np.arange(300) / 150.0
+    degrees = 153.9 + 12900.0 * (t - 0.07 * (1.0 - np.exp(-t / 0.07)))  # 36 turns a second, 86 degrees a sample
+    pwm = np.r_[0.0, np.full(299, 100.0)]
+    for name, angle, why in (
+        ("wrapped", degrees % 360.0, "it jumps by about 360 where a turn ends"),
+        ("on_and_on", degrees, "in rad it would turn 2053 times a second"),
+    ):
+        found = first_look(write_csv(tmp_path / f"{name}.csv", {"t": t, "angle": angle, "pwm": pwm}), "pendulum")
+        line = next(row for row in found.model.splitlines() if row.startswith("theta_1"))
+        assert 'unit = "deg"' in line and f"# guessed: degrees, for {why}" in line
+        assert np.ptp(found.log.measured[:, 0]) == pytest.approx(np.deg2rad(np.ptp(degrees)), rel=1e-6)
+
+
+def two_wheels(t):
+    """Counts, filtered speeds and duties of both wheels of a robot."""
+    found = {"ms": 1e3 * t}
+    for side, speed in (("left", 310.0), ("right", 280.0)):
+        duty = 10.0 * np.floor(t / 3.0)
+        uneven = 1.0 + 0.05 * np.random.default_rng(int(speed)).standard_normal(t.size)
+        counts = np.round(np.cumsum(speed * uneven * duty / 100.0 * np.diff(t, prepend=0.0)))
+        filtered = lfilter([0.3], [1.0, -0.7], np.diff(counts, prepend=0.0) * 0.1152)
+        found |= {f"{side}_pulses": counts, f"{side}_speed": filtered.round(3), f"{side}_pwm": duty + (side == "left")}
+    return found
+
+
+def test_of_two_wheels_alone_one_is_looked_at_and_a_filtered_difference_is_no_sensor(tmp_path):
+    columns = two_wheels(np.arange(225) * 0.1)
+    found = first_look(write_csv(tmp_path / "wheels.csv", columns))
+    said = " ".join(found.proposal.sentences)
+    assert "right_pulses is the other wheel's left_pulses: one wheel is looked at alone." in said
+    assert "left_speed is the derivative of left_pulses." in said and "no sensor of its own" in said
+    assert "right_" not in found.model and "rate_sensor" not in found.model and "links" not in found.model
+    body = columns | {"pitch": 0.05 * np.sin(columns["ms"] / 300.0) + 0.001 * np.cos(columns["ms"] / 17.0)}
+    assert not right_sides(dict.fromkeys(("left_pulses", "right_pulses", "pitch"), ("position", "")))
+    assert survey_file(write_csv(tmp_path / "robot.csv", body)).column("right_pulses").role == "position"
+
+
+def test_speeds_are_no_places_and_a_place_is_no_input(tmp_path):
+    t = np.arange(300) * 0.01
+    with pytest.raises(Failure) as failed:
+        first_look(
+            write_csv(
+                tmp_path / "speeds.csv", {"t": t, "PWM": 50.0 + 40.0 * np.sign(np.sin(t)), "RPM_1": np.sin(9.0 * t)}
+            )
+        )
+    assert "A speed (RPM_1) is no position" in str(failed.value) and 'column = "..."' in str(failed.value)
+
+
+def test_a_coarse_log_of_a_pendulum_that_hangs_elsewhere_than_at_0_gets_its_offset(tmp_path):
+    t = np.arange(201) * 0.2
+    swing = solve_ivp(lambda _, y: (y[1], -8.53 * np.sin(y[0]) - 0.02 * y[1]), (0.0, 41.0), (0.38, 0.0), rtol=1e-9,
+                      t_eval=t).y[0]  # fmt: skip
+    noise = 0.003 * np.random.default_rng(2).standard_normal(t.size)
+    angle = np.rad2deg(swing + noise) + 90.0
+    found = tomllib.loads(first_look(write_csv(tmp_path / "video.csv", {"time (s)": t, "angle (deg)": angle})).model)
+    assert found["columns"]["theta_1"]["offset"] == pytest.approx(-np.pi / 2, abs=0.01)

@@ -128,12 +128,15 @@ def test_a_named_plant_is_written_with_what_fits_and_says_what_is_left(robot, tm
 
 
 def test_a_log_without_a_plant_says_which_command_starts_one(robot, tmp_path):
-    columns = {n: v for n, v in robot.items() if n != "m"} | {"speed": np.sin(robot["ms"])}
+    columns = {n: v for n, v in robot.items() if n != "m"} | {
+        "speed": np.sin(robot["ms"]),
+        "level": np.sin(robot["ms"]),
+    }
     with pytest.raises(Failure) as failed:
         first_look(written(tmp_path, columns))
     said = str(failed.value)
-    assert "Not recognised: speed." in said and "`wheelpend new FOLDER --from log.csv --plant NAME`" in said
-    assert 'v_in = { column = "speed" }' in said and "`wheelpend new --plant" not in said
+    assert "Not recognised: speed, level." in said and "`wheelpend new FOLDER --from log.csv --plant NAME`" in said
+    assert 'v_in = { column = "level" }' in said and "`wheelpend new --plant" not in said
 
 
 def test_a_named_plant_without_any_position_is_refused(tmp_path, robot):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wheelpend.logs.unwrap import make_continuous
+from wheelpend.logs.unwrap import make_continuous, whole_turn
 
 T = np.arange(4000) * 0.002
 TURNING = 30.0 * np.sin(0.5 * T) + 0.1 * np.sin(9 * T)
@@ -37,6 +37,22 @@ def test_what_is_continuous_stays_as_it_is(name):
     }
     found, remarks = make_continuous("x", signals[name], T, "m")
     assert found is signals[name] and remarks == []
+
+
+@pytest.mark.parametrize("per_sample", [70.0, 91.0, 150.0])
+def test_an_angle_that_goes_on_by_less_than_half_a_turn_from_sample_to_sample_is_made_continuous(per_sample):
+    t = np.arange(400) * 0.01
+    turning = np.deg2rad(per_sample) * (np.arange(400) - 20.0 * (1.0 - np.exp(-np.arange(400) / 20.0)))  # it speeds up
+    found, remarks = make_continuous("theta_1", turning % (2 * np.pi), t, "rad")
+    np.testing.assert_allclose(np.diff(found), np.diff(turning), atol=1e-9)
+    assert "was wrapped" in remarks[0]
+    assert whole_turn(np.rad2deg(turning) % 360.0) == 360.0
+
+
+def test_what_jumps_about_within_a_turn_is_not_wrapped():
+    anywhere = np.random.default_rng(5).uniform(-np.pi, np.pi, 400)
+    assert make_continuous("theta_1", anywhere, np.arange(400) * 0.01, "rad")[1] == []
+    assert whole_turn(anywhere) == whole_turn(np.rad2deg(anywhere)) == whole_turn(np.full(9, np.nan)) == 0.0
 
 
 def test_a_gap_does_not_hide_a_wrap():

@@ -32,18 +32,31 @@ BOUND_TOLERANCE_SIGMAS = 1e-6  # standard errors: by chance no estimate comes so
 def is_mostly_chance(left: Remainder | None) -> bool:
     """True where chance pushes with half the weight of all that is modelled, or more, and the model predicts little.
 
-    A force that changes from sample to sample may be large and move next to nothing.
+    A force that changes from sample to sample may be large and move next to nothing. Or where what the model does not
+    predict is taken for errors of sensors that are larger than their noise.
     """
-    force = left.strongest if left else None
-    if left is None or force is None or force.share < LARGE_FORCE_SHARE:
+    if left is None or (left.unpredicted is not None and left.unpredicted < LARGE_UNPREDICTED_SHARE):
         return False
-    return left.unpredicted is None or left.unpredicted >= LARGE_UNPREDICTED_SHARE
+    return left.share >= LARGE_FORCE_SHARE or bool(_erring_sensors(left))
+
+
+def _erring_sensors(left: Remainder) -> list[str]:
+    """Channels that are said to err by more than their noise, where it is known that the model predicts little."""
+    known = left.unpredicted is not None
+    return [channel for channel, error in left.sensors.items() if known and error.sigmas > 1.0]
 
 
 def remainder_warnings(left: Remainder | None, plant: PlantSignature) -> tuple[str, ...]:
-    """A warning where chance pushes as hard as all that is modelled; of the input too where a plant has one."""
-    if not is_mostly_chance(left):
+    """A warning where chance pushes as hard as all that is modelled; of the input too where a plant has one.
+
+    Or where sensors are said to err by what the model misses.
+    """
+    if left is None or not is_mostly_chance(left):
         return ()
+    if left.share < LARGE_FORCE_SHARE:
+        return (f"The model misses half of the motion or more, and that is taken for errors of "
+                f"{' and '.join(_erring_sensors(left))}. Values mean little yet. Check units, signs and clock with "
+                "`wheelpend inspect LOG`, and whether the machine is one that the plant describes.",)  # fmt: skip
     of_input = ", and log the mean of the input from row to row where the controller is faster than the log"
     further = of_input if plant.driven_ports else ""
     return ("More than half of the motion's forces are unmodelled: a random force as large as the drive is left. "

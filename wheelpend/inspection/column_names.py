@@ -8,13 +8,14 @@ from collections.abc import Sequence
 from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS, UNIT_CONVERSIONS
 
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
-RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot")
+RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm")
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")
 CLOCK_NAMES = ("time", "timestamp", "stamp", "micros", "millis")
 COUNT_NAMES = ("enc", "tick", "count", "pulse")
 SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that command nothing
+LEFT_OF_RIGHT = {"right": "left", "r": "l"}
 DUTY_NAMES = ("duty", "pwm")
 SHORT_INPUT_NAMES = ("v", "cmd", "ctrl", "motor", "effort")  # inputs where no column is called one outright
 INPUT_WORDS = (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")
@@ -80,6 +81,12 @@ def kind_by_name(name: str) -> str:
     return KIND_OF_UNIT.get(stated_base(name), "")
 
 
+def may_be_input(name: str) -> bool:
+    """False of a column that is a place, a rate or a time by its unit or its words."""
+    called = has_word(name, (*ANGLE_NAMES, *RATE_NAMES, *COUNT_NAMES))
+    return kind_by_name(name) in ("", "input") and not called and not is_called_time(name)
+
+
 def may_be_sensor(name: str) -> bool:
     """False of a column that is a voltage, a current, a force or a time by its unit, or a supply by its words."""
     kind = kind_by_name(name)
@@ -104,6 +111,12 @@ def is_no_place(name: str) -> bool:
     kind = kind_by_name(name)
     called = has_word(name, RATE_NAMES)
     return kind == "rate" or (called and kind != "input") or (not kind and name.lower() in SHORT_INPUT_NAMES)
+
+
+def left_name(name: str) -> tuple[str, ...]:
+    """The words that the left side's column has, of a name after a right side; nothing of any other."""
+    words = words_of(name)
+    return tuple(LEFT_OF_RIGHT.get(w, w) for w in words) if any(w in LEFT_OF_RIGHT for w in words) else ()
 
 
 def is_counting(name: str) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -16,8 +15,8 @@ from wheelpend.logs.log import Log
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE, find_outliers, without_outliers
 from wheelpend.logs.tables import Table
+from wheelpend.logs.unwrap import TURNS, unwrapped, whole_turn
 
-TURNS = (2 * math.pi, 360.0)  # a whole turn in rad and in degrees
 MAX_STEP_SHARE = 0.3  # of its range, by which a place moves from sample to sample at most
 TURN_TOLERANCE = 0.25  # of a turn, by which a wrapped angle's jump may differ from one
 MIN_MEDIAN_RATIO = 8.0  # of a spike's distance from the running median to the usual one: 5.6 σ of white noise
@@ -90,7 +89,6 @@ def continuous(values: np.ndarray) -> np.ndarray:
     for turn in TURNS:
         within = np.ptp(values[known]) <= (1.0 + TURN_TOLERANCE) * turn
         if jumps.size and within and bool(np.all(np.abs(jumps - turn) < TURN_TOLERANCE * turn)):
-            result = values.copy()
-            result[known] = np.unwrap(values[known], period=turn)
-            return result
-    return values
+            return unwrapped(values, turn)
+    turn = whole_turn(values)
+    return unwrapped(values, turn) if turn else values

@@ -24,7 +24,7 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], uni
     """
     if signals is None:
         return None
-    angle = signals.smooth(place)[signals.rows] / unit
+    angle = signals.channels[place][signals.rows] / unit  # smoothed, a coarse log's swing would be small
     left = [gravity_fit(signals, place, inputs, unit, pulled) for pulled in (False, True)]
     if np.ptp(angle) < MIN_SWING_RAD or left[0][0] < MIN_GRAVITY_GAIN * left[1][0]:
         return None

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.inspection.angle_unit import is_in_degrees, is_small_swing
+from wheelpend.inspection.angle_unit import A_TURN_DEG, is_in_degrees, is_small_swing
 from wheelpend.inspection.column_names import (
     SUPPLY_NAMES,
     contains,
@@ -34,6 +34,7 @@ USUAL_COUNTS = 4096  # of a turn
 USUAL_WAY_M = 1e-4  # along an axis in a count
 MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
 PUT_SECONDS = "put the seconds from row to row in the place of this scale"
+MAX_SHAFT_SPEED_RAD_S = 3000.0  # rad/s of a shaft, beyond which hardly a motor with an encoder turns
 MAX_WAY_M = 20.0  # along an axis, beyond which a place is no carriage's
 
 
@@ -116,6 +117,17 @@ def guess_place(
         said = ("a way, for gravity pulls it back by itself and not by a sine: mm of a pendulum of 1 m, put 0.001 / "
                 "its length in m in the place of this scale")  # fmt: skip
         return guess_counts(column, values, own) if is_whole(values) else Guess(ColumnMap(column, scale=0.001), said)
+    if own == "rad" and not stated_unit(column) and survey.turns.get(column) == A_TURN_DEG:
+        return Guess(ColumnMap(column, "deg"), "degrees, for it jumps by about 360 where a turn ends")
+    if (
+        own == "rad"
+        and not stated_unit(column)
+        and not counting
+        and (speed := _usual_speed(survey, values)) > MAX_SHAFT_SPEED_RAD_S
+    ):
+        return Guess(
+            ColumnMap(column, "deg"), f"degrees, for in rad it would turn {speed / (2 * math.pi):.0f} times a second"
+        )
     if own == "rad" and not counting and (why := is_in_degrees(values, survey.longest, column, inputs)):
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
     way = float(np.nanmax(values) - np.nanmin(values))
@@ -129,6 +141,11 @@ def guess_place(
     if own == "rad" and not counting and way < MAX_TURNS_DEG:
         return Guess(ColumnMap(column, "deg"), "degrees, for all readings are whole numbers; or an encoder's counts")
     return guess_counts(column, values, own)
+
+
+def _usual_speed(survey: Survey, values: np.ndarray) -> float:
+    """The speed that a position (N,) has at least in a tenth of a log [its unit/s]."""
+    return float(np.nanquantile(np.abs(np.diff(values)) / np.diff(survey.values["t"]), 0.9))
 
 
 def guess_counts(column: str, values: np.ndarray, own: str) -> Guess:

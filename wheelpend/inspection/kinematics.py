@@ -25,6 +25,7 @@ from wheelpend.inspection.signals import (
     with_channel,
 )
 from wheelpend.logs.log import Log
+from wheelpend.logs.unwrap import count_wraps
 
 MAX_RATE_NOISE_SHARE = 2e-4  # unexplained share up to which noise, fed back by the controller, cannot look like a shift
 MIN_RATE_CORRELATION = 0.8  # correlation of a rate and the derivative of its angle from which they are compared
@@ -45,13 +46,11 @@ def find_wrapped_angles(log: Log, names: Sequence[str], corrections: LogCorrecti
     for name in names:
         values = channel_values(log, name)
         known = np.flatnonzero(np.isfinite(values))
-        steps = np.diff(values[known])
         for turn, unit in ((2 * math.pi, "2π"), (360.0, "360°")):
-            jumps = np.abs(np.abs(steps) - turn) < 0.25 * turn
-            largest_step = float(np.max(np.abs(steps[~jumps]), initial=0.0))
-            if not jumps.any() or largest_step > 0.25 * turn or np.ptp(values[known]) > 1.05 * turn:
+            jumps = count_wraps(values[known] * (2 * math.pi / turn), np.full(max(known.size - 1, 0), True))
+            if not jumps:
                 continue
-            sentence = f"{name} jumps by about {unit} in {int(jumps.sum())} places: it is wrapped into one turn."
+            sentence = f"{name} jumps by about {unit} in {jumps} places: it is wrapped into one turn."
             cure = f"Unwrap it before it is used (numpy.unwrap with period {turn:.6g})."
             found.append(Finding("wrapped_angle", name, sentence, cure, turn))
             continuous = values.copy()

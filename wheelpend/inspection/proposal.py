@@ -13,7 +13,7 @@ import numpy as np
 from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.angle_unit import is_in_degrees, is_small_swing
-from wheelpend.inspection.column_names import input_unit, is_no_place, stated_unit, unit_within
+from wheelpend.inspection.column_names import input_unit, is_no_place, may_be_input, stated_unit, unit_within
 from wheelpend.inspection.gravity import gravity_zero, hangs_at_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
@@ -155,16 +155,16 @@ def guess_comments(guesses: Mapping[str, str]) -> dict[str, str]:
 
 def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
     """Reading at which a position hangs [rad], in degrees or rad as it looks; None where no gravity shows, or a way."""
-    if survey.base_of(place) != "rad" and is_small_swing(survey.values[place], survey.signals, place, inputs):
+    if survey.base_of(place) != "rad" and is_small_swing(survey.values[place], survey.longest, place, inputs):
         return None
     unit = DEGREES_PER_RADIAN if looks_like_degrees(survey, place) else 1.0
-    return gravity_zero(survey.signals, place, inputs, unit)
+    return gravity_zero(survey.longest, place, inputs, unit)
 
 
 def looks_like_degrees(survey: Survey, place: str) -> bool:
     """True of a position that states no unit and is an angle in degrees by what gravity does to it."""
     states = survey.base_of(place) == "m" or stated_unit(place)
-    return not states and bool(is_in_degrees(survey.values[place], survey.signals, place, survey.of_role("input")))
+    return not states and bool(is_in_degrees(survey.values[place], survey.longest, place, survey.of_role("input")))
 
 
 def guess_sentence(name: str, column: str, reason: str) -> str:
@@ -233,7 +233,7 @@ def no_plant_text(survey: Survey, plant: str) -> str:
 def plant_advice(survey: Survey, left: list[str]) -> str:
     """How to start with a plant that one knows, with a line that says what a column is."""
     file, has_place = survey.file, bool(survey.of_role("position"))
-    first = next((n for n in left if has_place or not is_no_place(n)), "...")
+    first = next((n for n in left if (may_be_input(n) if has_place else not is_no_place(n))), "...")
     name = "v_in" if has_place else "theta_1" if first in left and survey.base_of(first) == "rad" else "x"
     return (
         f" If you know the plant ({', '.join(plants.KNOWN_PLANTS)}), `wheelpend new FOLDER --from {file} --plant NAME` "
@@ -259,7 +259,7 @@ def role_sentences(survey: Survey, best: Candidate) -> list[str]:
     ]
     used = [*best.columns.values()]
     found += [
-        f"{c.name} is none of its channels, and is ignored."
+        c.remark or f"{c.name} is none of its channels, and is ignored."
         for c in survey.columns
         if c.role == "further" and c.name not in used
     ]

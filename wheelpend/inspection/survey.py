@@ -24,15 +24,17 @@ from wheelpend.inspection.column_names import (
     is_likely_input,
     is_no_place,
     kind_by_name,
+    left_name,
     may_be_sensor,
     stated_base,
     stated_factor,
+    words_of,
 )
 from wheelpend.inspection.counters import copies_among, counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
 from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
-from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, uniform_signals
+from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, is_whole, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import INTERVAL_CURE, check_time, repeated_cure, starts_at_rest
 from wheelpend.logs.columns import ROW_NUMBER, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
@@ -41,6 +43,7 @@ from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
 from wheelpend.logs.read import clock_rank, find_time_column, open_file
 from wheelpend.logs.tables import Table, check_length, scalars_of
+from wheelpend.logs.unwrap import whole_turn
 from wheelpend.logs.white_noise import difference_noise
 from wheelpend.numerics import gaussian_smoothed
 
@@ -62,7 +65,8 @@ MAX_LEAD_SAMPLES = 60  # by which a reference is looked for ahead of the positio
 MIN_LEAD_SHARE = 4  # parts of a log, of which a lead is one at most: the rest shows it
 MAX_COPY_ROUGHNESS = 0.5  # of a signal's noise, which a filtered copy of it has at most
 ERROR_SMOOTHING_SAMPLES = 3.0  # standard deviation of the Gaussian beyond which a signal is error
-MAX_FILTER_SAMPLES = 15  # samples before and after, from which such a filter takes them
+MIN_FILTER_SAMPLES, MAX_FILTER_SAMPLES = 5, 15  # samples before and after, from which such a filter takes them
+MIN_SAMPLES_PER_TAP = 20  # of a log, for each of these
 
 
 class FileColumn(NamedTuple):
@@ -98,6 +102,7 @@ class Survey(NamedTuple):
     scalars: dict[str, float]
     stretches: tuple[Signals, ...] = ()  # without a gap, short ones too
     times: str = "read"  # or said: the rows are counted, and how long each is, or made up where nobody said that
+    turns: Mapping[str, float] = {}  # of angles that are wrapped into one turn: 2π or 360; their values are continuous
 
     def of_role(self, role: str) -> list[str]:
         """Names of the columns of a role, in the file's order."""
@@ -149,17 +154,21 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     roles = roles_of(moving, t, signals, gapless_ranges(log, 0, len(t)))
     roles |= dict.fromkeys(counters, ("counter", "")) | dict.fromkeys(copies, ("copy", ""))
     roles |= held_inputs(values, moving, roles)
+    sides = right_sides(roles)
+    roles |= dict.fromkeys(sides, ("further", ""))
     columns = [column_of(clock.column, "time", "", raw, "")]
     for name, v in values.items():
         role, of = roles.get(name, ("constant", ""))
         remark = rate_remark(moving[of], moving[name], t) if role == "rate" else ""
         remark = step_remark(find_quantum(v) * stated_factor(name)) if role == "position" else remark
-        remark = no_reading.get(name, remark)
+        remark = no_reading.get(name, sides.get(name, remark))
         remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
     times = "read" if found else "said" if interval else "made up"
     signals_of = {**moving, "t": t}
-    return Survey(path.name, tuple(columns), clock, signals, signals_of, scalars_of(path), all_signals(log), times)
+    turns = {n: turn for n in moving if (turn := whole_turn(values[n] * stated_factor(n)))}
+    stretches = all_signals(log)
+    return Survey(path.name, tuple(columns), clock, signals, signals_of, scalars_of(path), stretches, times, turns)
 
 
 def is_called_clock(name: str) -> bool:
@@ -186,6 +195,16 @@ def own_clock(path: Path, file: Table, values: Mapping[str, np.ndarray]) -> Colu
 def beside_clock(name: str, values: np.ndarray, t: np.ndarray) -> str:
     """That a column (N,) is a counter or a further clock; nothing of any other, nor of a commanded ramp."""
     return "" if contains(name, REFERENCE_NAMES) else counter_sentence(name, values, t)
+
+
+def right_sides(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
+    """Columns of the right wheel of two that are all that moves, with a sentence: the left one is looked at alone."""
+    lefts = {(tuple(words_of(n)), role): n for n, (role, _) in roles.items()}
+    found = {n: lefts[key] for n, (role, _) in roles.items() if (key := (left_name(n), role)) in lefts}
+    places = [n for n, (role, _) in roles.items() if role == "position"]
+    if len(places) != 2 or not any(n in found for n in places):
+        return {}
+    return {n: f"{n} is the other wheel's {left}: one wheel is looked at alone." for n, left in found.items()}
 
 
 def held_inputs(
@@ -365,15 +384,16 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     the angle's rounding in it.
     """
     good = np.flatnonzero(np.isfinite(angle) & np.isfinite(rate))[:MAX_REMARK_SAMPLES]
-    if good.size < 20 * MAX_FILTER_SAMPLES:
+    taps = min(MAX_FILTER_SAMPLES, good.size // MIN_SAMPLES_PER_TAP)
+    if taps < MIN_FILTER_SAMPLES:
         return ""
     slope = np.diff(angle[good]) / np.diff(t[good])
     errors, own = (v - gaussian_smoothed(v, ERROR_SMOOTHING_SAMPLES) for v in (slope, rate[good][1:]))
-    lagged = np.lib.stride_tricks.sliding_window_view(errors, 2 * MAX_FILTER_SAMPLES + 1)
-    target = own[MAX_FILTER_SAMPLES:-MAX_FILTER_SAMPLES]
+    lagged = np.lib.stride_tricks.sliding_window_view(errors, 2 * taps + 1)
+    target = own[taps:-taps]
     rest = target - lagged @ np.linalg.lstsq(lagged, target, rcond=None)[0]
     shared = 1 - float(rest @ rest) / (float(target @ target) or 1.0)
-    quantum = find_quantum(angle)
+    quantum = find_quantum(angle) or float(is_whole(angle))
     rounding = quantum / math.sqrt(6) / float(np.median(np.diff(t[good])))  # of the slope between two readings
     by_rounding = shared > ROUNDING_SHARE and float(np.std(errors)) < MAX_ROUNDING_GROWTH * rounding
     raw_angle = bool(quantum) or not is_filtered(angle)

@@ -7,7 +7,10 @@ import math
 import numpy as np
 
 TURN_RAD = 2 * math.pi
+TURNS = (TURN_RAD, 360.0)  # in rad, in degrees
 JUMP_TOLERANCE_TURNS = 0.25  # of a turn, by which a jump may differ from a whole one
+MIN_FAST_JUMPS = 5  # of an angle that goes far from sample to sample, from which on it is wrapped
+MAX_UNEVEN_TURNS = 0.1  # of a turn, by which the way of such an angle changes from one interval to the next
 MAX_WRAPPED_RANGE_TURNS = 1.05  # turns that a wrapped angle covers at most
 RESET_JUMP_RATIO = 20.0  # times the usual step from which a jump to zero is a new start
 MAX_NEIGHBOUR_INTERVAL_RATIO = 5.0  # times the usual interval, up to which samples are neighbours
@@ -47,18 +50,44 @@ def make_continuous(
     return values, remarks
 
 
+def unwrapped(values: np.ndarray, turn: float) -> np.ndarray:
+    """A wrapped angle (N,) made continuous."""
+    continuous, known = values.copy(), np.isfinite(values)
+    continuous[known] = np.unwrap(values[known], period=turn)
+    return continuous
+
+
+def whole_turn(values: np.ndarray) -> float:
+    """The turn into which an angle (N,) is wrapped, 2π or 360; 0 of one that is not."""
+    known = values[np.isfinite(values)]
+    neighbours = np.ones(max(known.size - 1, 0), dtype=bool)
+    return next((turn for turn in TURNS if count_wraps(known * (TURN_RAD / turn), neighbours)), 0.0)
+
+
 def count_wraps(values: np.ndarray, adjacent: np.ndarray) -> int:
     """Number of jumps by a turn of a wrapped angle (N,) [rad]; 0 of one that is not wrapped.
 
     ``adjacent`` (N - 1,) is true of steps between neighbouring samples.
     """
+    if values.size < 2 or np.ptp(values) > MAX_WRAPPED_RANGE_TURNS * TURN_RAD:
+        return 0
     steps = np.abs(np.diff(values))
     jumps = adjacent & (np.abs(steps - TURN_RAD) < JUMP_TOLERANCE_TURNS * TURN_RAD)
-    if not jumps.any() or np.ptp(values) > MAX_WRAPPED_RANGE_TURNS * TURN_RAD:
-        return 0
     others = steps[adjacent & ~jumps]
     usual_step = float(np.quantile(others, 0.99)) if others.size else 0.0
-    return int(jumps.sum()) if usual_step <= JUMP_TOLERANCE_TURNS * TURN_RAD else 0
+    if jumps.any() and usual_step <= JUMP_TOLERANCE_TURNS * TURN_RAD:
+        return int(jumps.sum())
+    return _fast_wraps(values, adjacent)
+
+
+def _fast_wraps(values: np.ndarray, adjacent: np.ndarray) -> int:
+    """The same of one that goes on by up to half a turn from sample to sample, evenly but for its jumps."""
+    fast = adjacent & (np.abs(np.diff(values)) > 0.5 * TURN_RAD)
+    changes = np.abs(np.diff(np.diff(np.unwrap(values))))[adjacent[1:] & adjacent[:-1]]
+    if np.count_nonzero(fast) < MIN_FAST_JUMPS or not changes.size:
+        return 0
+    even = float(np.quantile(changes, 0.98)) < MAX_UNEVEN_TURNS * TURN_RAD
+    return int(np.count_nonzero(fast)) if even else 0
 
 
 def find_counter_resets(values: np.ndarray, adjacent: np.ndarray) -> np.ndarray:

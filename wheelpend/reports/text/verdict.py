@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 CHANCE_SENTENCE = "what remains is left to chance: no law of these signals predicts it."
 SLOW_CHANCE_SENTENCE = "what remains is so slow that these logs do not tell chance from a law: record a longer one."
 MOSTLY_CHANCE_SENTENCE = (
-    "The random force that is left has half the weight of all that is modelled, or more. No law of these signals is "
+    "What is left to chance has half the weight of all that is modelled, or more. No law of these signals is "
     "certain to predict it; on so short or so odd a log that says little."
 )
 UNCERTAIN_SENTENCE = (
