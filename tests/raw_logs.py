@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import lfilter
 
 from wheelpend import Model, simulate
 
@@ -35,6 +36,26 @@ def way_of(volts: np.ndarray) -> np.ndarray:
         place += u / 12.0 * DT_S + difference * time_constant * lost
         speed -= difference * lost
     return np.array(places)
+
+
+def fast_motor() -> dict[str, np.ndarray]:
+    """Columns (300,) of a motor that is switched on: it turns on and on, at last by 86 degrees from sample to sample."""
+    t = np.arange(300) / 150.0
+    degrees = 153.9 + 12900.0 * (t - 0.07 * (1.0 - np.exp(-t / 0.07)))
+    return {"t": t, "angle": degrees, "pwm": np.r_[0.0, np.full(299, 100.0)]}
+
+
+def two_wheels() -> dict[str, np.ndarray]:
+    """Columns (225,) of both wheels of a robot under a staircase of duties: counts, filtered differences of these."""
+    t = np.arange(225) * 0.1
+    found = {"ms": 1e3 * t}
+    for side, speed in (("left", 310.0), ("right", 280.0)):
+        duty = 10.0 * np.floor(t / 3.0)
+        uneven = 1.0 + 0.05 * np.random.default_rng(int(speed)).standard_normal(t.size)
+        counts = np.round(np.cumsum(speed * uneven * duty / 100.0 * np.diff(t, prepend=0.0)))
+        filtered = lfilter([0.3], [1.0, -0.7], np.diff(counts, prepend=0.0) * 0.1152)
+        found |= {f"{side}_pulses": counts, f"{side}_speed": filtered.round(3), f"{side}_pwm": duty + (side == "left")}
+    return found
 
 
 def swing(

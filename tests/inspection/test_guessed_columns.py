@@ -5,9 +5,8 @@ import tomllib
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.signal import lfilter
 
-from tests.raw_logs import write_csv
+from tests.raw_logs import fast_motor, two_wheels, write_csv
 from wheelpend import Model
 from wheelpend.errors import Failure
 from wheelpend.inspection.first_look import first_look
@@ -35,33 +34,20 @@ def test_columns_are_guessed_by_name_unit_and_by_what_grows(tmp_path):
 
 
 def test_an_angle_of_a_fast_motor_is_in_degrees_wrapped_or_not(tmp_path):
-    t = np.arange(300) / 150.0
-    degrees = 153.9 + 12900.0 * (t - 0.07 * (1.0 - np.exp(-t / 0.07)))  # 36 turns a second, 86 degrees a sample
-    pwm = np.r_[0.0, np.full(299, 100.0)]
+    columns = fast_motor()
+    degrees = columns["angle"]
     for name, angle, why in (
         ("wrapped", degrees % 360.0, "it jumps by about 360 where a turn ends"),
         ("on_and_on", degrees, "in rad it would turn 2053 times a second"),
     ):
-        found = first_look(write_csv(tmp_path / f"{name}.csv", {"t": t, "angle": angle, "pwm": pwm}), "pendulum")
+        found = first_look(write_csv(tmp_path / f"{name}.csv", columns | {"angle": angle}), "pendulum")
         line = next(row for row in found.model.splitlines() if row.startswith("theta_1"))
         assert 'unit = "deg"' in line and f"# guessed: degrees, for {why}" in line
         assert np.ptp(found.log.measured[:, 0]) == pytest.approx(np.deg2rad(np.ptp(degrees)), rel=1e-6)
 
 
-def two_wheels(t):
-    """Counts, filtered speeds and duties of both wheels of a robot."""
-    found = {"ms": 1e3 * t}
-    for side, speed in (("left", 310.0), ("right", 280.0)):
-        duty = 10.0 * np.floor(t / 3.0)
-        uneven = 1.0 + 0.05 * np.random.default_rng(int(speed)).standard_normal(t.size)
-        counts = np.round(np.cumsum(speed * uneven * duty / 100.0 * np.diff(t, prepend=0.0)))
-        filtered = lfilter([0.3], [1.0, -0.7], np.diff(counts, prepend=0.0) * 0.1152)
-        found |= {f"{side}_pulses": counts, f"{side}_speed": filtered.round(3), f"{side}_pwm": duty + (side == "left")}
-    return found
-
-
 def test_of_two_wheels_alone_one_is_looked_at_and_a_filtered_difference_is_no_sensor(tmp_path):
-    columns = two_wheels(np.arange(225) * 0.1)
+    columns = two_wheels()
     found = first_look(write_csv(tmp_path / "wheels.csv", columns))
     said = " ".join(found.proposal.sentences)
     assert "right_pulses is the other wheel's left_pulses: one wheel is looked at alone." in said

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.raw_logs import driven_axis, swing, way_of, write_csv
+from tests.raw_logs import driven_axis, fast_motor, swing, two_wheels, way_of, write_csv
 from tests.support import ROOT, run
 from wheelpend import Failure
 from wheelpend.inspection.angle_unit import swings_beyond_a_turn, turning_points
@@ -57,6 +57,8 @@ KEPT = np.random.default_rng(2).random(2000) > 0.1  # of the rows; the others we
 RAW = {
     "an angle in degrees": free_swing_in_degrees,
     "a driven angle in degrees": driven_swing_in_degrees,
+    "an angle within a turn, in degrees": lambda: fast_motor() | {"angle": fast_motor()["angle"] % 360.0},
+    "an angle that turns too fast in rad": fast_motor,
     "an encoder's counts": lambda: {
         "t": driven_axis()[0],
         "u": driven_axis()[1],
@@ -66,6 +68,7 @@ RAW = {
     "PWM counts alone": duty_axis,
     "PWM counts under a name that says nothing": lambda: {"t": axis()["t"], "x": axis()["x"], "m": full_duty()},
     "a counter of rows": lambda: {"n": ROWS, **axis()},
+    "the other wheel of a robot whose body is not logged": two_wheels,
     "a copy of a column": lambda: axis(u_counts=21.25 * axis()["u"]),
     "no times": lambda: {n: v for n, v in axis().items() if n != "t"},
     "a control error beside the reading": lambda: axis(err=0.5 - axis()["x"]),
