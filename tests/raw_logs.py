@@ -39,7 +39,7 @@ def way_of(volts: np.ndarray) -> np.ndarray:
 
 
 def fast_motor() -> dict[str, np.ndarray]:
-    """Columns (300,) of a motor that is switched on: it turns on and on, at last by 86 degrees from sample to sample."""
+    """Columns (300,) of a motor that is switched on: it turns, at last by 86 degrees from sample to sample."""
     t = np.arange(300) / 150.0
     degrees = 153.9 + 12900.0 * (t - 0.07 * (1.0 - np.exp(-t / 0.07)))
     return {"t": t, "angle": degrees, "pwm": np.r_[0.0, np.full(299, 100.0)]}

@@ -8,7 +8,7 @@ import pytest
 from derive import plants
 from tests.plants.machines import LEVER, MACHINES, log_of, model_of
 from tests.support import X, simulated
-from wheelpend import Model, identify, simulate
+from wheelpend import Log, Model, identify, simulate
 
 BARE = 'plant = "wheel_pendulum"\n[sensors]\nencoder_counts = 60000\n'
 RECORD_BOUND = {"X1": 0.0505, "X2": 0.1235, "X3": 0.0254, "X4": 0.0126, "X5": 0.0135, "X7": 0.0084}  # %, of 20 s
@@ -209,3 +209,16 @@ def test_every_plant_is_identified_without_a_force(machine):
     found = identify(model, [log_of(machine)])
     assert leaves_nothing_to_chance(found)
     assert worst(found, truth) < 5.0
+
+
+def test_an_inertia_that_no_sample_shows_is_not_known_by_where_the_integrator_becomes_unstable():
+    t = np.arange(220) * 0.1  # a motor that reaches its speed within a few milliseconds
+    volts = 1.2 * np.floor(t / 3.0)
+    way = np.cumsum(np.r_[0.0, (volts / 570.0 * 0.1)[:-1]]) + 2e-5 * np.random.default_rng(4).standard_normal(220)
+    log = Log("staircase", t, volts, (1e-4 * np.round(way / 1e-4))[:, None], ("x",), rates={})
+    model = Model.parse('plant = "slide"\neffects = ["viscous_drive"]\n[sensors.step]\nx = 0.0001\n')
+    found = identify(model, [log])
+    mass, friction = found.parameters["X1"], found.parameters["viscous_drive.coefficient"]
+    assert friction.value == pytest.approx(570.0, rel=0.01) and friction.sigma < 0.01 * friction.value
+    assert not mass.identifiable or mass.sigma > 0.5 * mass.value
+    assert np.isfinite(found.error) and found.error < 3.0

@@ -7,10 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from wheelpend.estimation.parameters import kernel_parameters, plant_values
+from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, stack_inputs
 
 STEP_PER_TIME_CONSTANT = 0.25  # of the fastest motion
+MAX_STEP_PER_TIME_CONSTANT = 0.5  # the same, from which on a step is shortened: the method is stable up to 2.8
 STEP_LIMITS_S = (1e-4, 0.01)  # s, least and largest step
 UNKNOWN_RATE = 100.0  # 1/s, taken as fastest where the accelerations are not finite
 REST_RATE = 1e-6  # rad/s, so near rest that smoothed dry friction is at its steepest
@@ -25,13 +27,33 @@ def stable_step(module: KernelModule, values: Mapping[str, float], log: Log) -> 
     return float(np.clip(STEP_PER_TIME_CONSTANT / max(fastest, 1e-9), *STEP_LIMITS_S))
 
 
-def linearised_motion(module: KernelModule, parameters: np.ndarray) -> np.ndarray:
-    """State matrix (2 n, 2 n) [1/s] of angles and rates near rest without input, by forward differences."""
+def resolving_step(module: KernelModule, parameters: np.ndarray, state: np.ndarray, longest: float) -> float:
+    """The longest step [s] up to one that is given in which motion near a state (NV,) is resolved.
+
+    A fit may make an inertia so small, or a friction so large, that a step that was short enough at its start is not:
+    what it then finds is where the integrator becomes unstable. Far from rest dry friction adds no rate of its own.
+    """
+    matrix = linearised_motion(module, parameters, state)
+    if not np.all(np.isfinite(matrix)):
+        return longest
+    return min(longest, MAX_STEP_PER_TIME_CONSTANT / max(float(np.max(np.abs(np.linalg.eigvals(matrix)))), 1e-9))
+
+
+def fastest_state(module: KernelModule, log: Log) -> np.ndarray:
+    """State (NV,) of a log where it moves fastest, as far as sensors tell."""
+    states, found = measured_states(module, log), np.zeros(module.NV)
+    moving = np.nan_to_num(np.abs(states[:, module.NQ : module.NX]).sum(axis=1))
+    found[: module.NX] = np.nan_to_num(states[int(np.argmax(moving))])
+    return found
+
+
+def linearised_motion(module: KernelModule, parameters: np.ndarray, state: np.ndarray | None = None) -> np.ndarray:
+    """State matrix (2 n, 2 n) [1/s] of angles and rates without input, by forward differences near rest or a state."""
     rates = np.array(module.RATES)
     angles = np.where(rates < module.NX, rates - module.NQ, rates - 1)  # an added rate stands behind its coordinate
     order = np.concatenate([angles, rates])
-    rest, size = np.zeros(module.NV), len(rates)
-    rest[rates] = REST_RATE
+    rest, size = np.zeros(module.NV) if state is None else state, len(rates)
+    rest[rates] += REST_RATE if state is None else 0.0
     no_input = stack_inputs([np.zeros(1)] * len(module.INPUTS), 1)[0]
     base = module.acceleration(0.0, rest, no_input, parameters)
     matrix = np.zeros((2 * size, 2 * size))

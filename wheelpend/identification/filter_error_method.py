@@ -21,12 +21,13 @@ from wheelpend.estimation.free_parameters import free_names, free_parameters, pe
 from wheelpend.estimation.normal_equations import covariance_of
 from wheelpend.estimation.parameter_space import ParameterSpace
 from wheelpend.estimation.parameter_table import MAX_WHITE_NOISE_ERROR_RATIO
-from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import possible_errors, possible_forces
 from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.estimation.source_search import as_mixture, likeliest_sources
 from wheelpend.estimation.starts import best_start, start_candidates
+from wheelpend.estimation.step_size import fastest_state, resolving_step
 from wheelpend.identification.remainder import Remainder, modelled_forces, remainder_of
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import free_force_module
@@ -35,6 +36,9 @@ from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 
 Progress = Callable[[str], None]
+
+MAX_SHORTER_STEPS = 4  # of the integrator, that a fit is made with because what it found is too fast for longer ones
+SHORTEST_STEP_S = 2e-4  # of these: what is faster no log shows
 
 
 class FilterErrorFit(NamedTuple):
@@ -68,7 +72,43 @@ def filter_error_fit(
     layout = estimator.problem.space.layout
     thetas = (ParameterSpace.of(layout, start, ()).start() for start in _starts(problem, best, names))
     point = likeliest_sources(estimator, thetas, forces, errors, progress)
+    problem, estimator, point = _with_step_that_resolves(problem, estimator, point, progress)
     return _as_fit(problem, estimator, point, names, progress)
+
+
+def _with_step_that_resolves(
+    problem: EstimationProblem, estimator: FilterEstimator, point: FilterPoint, progress: Progress
+) -> tuple[EstimationProblem, FilterEstimator, FilterPoint]:
+    """A problem, its estimator and a point, fitted again with a shorter step while motion is too fast there for one.
+
+    An inertia that data between two samples do not know, or a friction, runs to where the integrator becomes unstable,
+    and seems to be known well there. What is then faster than any step resolves stays where it was.
+    """
+    for _ in range(MAX_SHORTER_STEPS):
+        step = max(_resolving_step(estimator, point), SHORTEST_STEP_S)
+        if step >= problem.max_step:
+            break
+        progress(f"once more in steps of {1e3 * step:.2g} ms, for the motion found is too fast for longer ones")
+        problem = replace(problem, max_step=step)
+        estimator = replace(estimator, problem=replace(estimator.problem, max_step=step))
+        again = estimator.fit(point.theta, point.sources)
+        known = _resolving_step(estimator, again) >= SHORTEST_STEP_S
+        point = again if known else estimator.point(point.theta, point.sources)
+    return problem, estimator, point
+
+
+def _resolving_step(estimator: FilterEstimator, point: FilterPoint) -> float:
+    """The longest step [s], up to the estimator's own, that resolves motion at a point in every log."""
+    filters = estimator.problem
+    return min(
+        resolving_step(
+            filters.module,
+            kernel_parameters(filters.module, filters.space.values_of_log(point.theta, k), s.log),
+            fastest_state(filters.module, s.log),
+            filters.max_step,
+        )
+        for k, s in enumerate(filters.segments)
+    )
 
 
 def filter_estimator(problem: EstimationProblem, values: Mapping[str, float]) -> tuple[FilterEstimator, list[str]]:
