@@ -22,6 +22,16 @@ pytestmark = pytest.mark.filterwarnings("error")
 FREE_TORQUE = 0.5 * np.sin(2 * np.pi * (0.2 + 0.04 * np.arange(3000) * 0.005) * np.arange(3000) * 0.005)
 
 
+def tracked_swing():
+    t, _, angle = swing(1500, 0.9)
+    return {
+        "t": t,
+        "X": np.round(700 * np.sin(angle), 1),
+        "Y": np.round(-700 * np.cos(angle), 1),
+        "angle_deg": np.degrees(angle),
+    }
+
+
 def free_swing_in_degrees() -> dict[str, np.ndarray]:
     t, _, angle = swing()
     return {"time": t, "angle": np.round(np.degrees(angle) / 0.09) * 0.09}
@@ -70,6 +80,7 @@ RAW = {
     "a counter of rows": lambda: {"n": ROWS, **axis()},
     "the other wheel of a robot whose body is not logged": two_wheels,
     "a copy of a column": lambda: axis(u_counts=21.25 * axis()["u"]),
+    "the coordinates beside an angle, of a tracker": tracked_swing,
     "no times": lambda: {n: v for n, v in axis().items() if n != "t"},
     "a control error beside the reading": lambda: axis(err=0.5 - axis()["x"]),
     "a second clock": lambda: {n: v[KEPT] for n, v in axis(device_time=5.0 + 1e3 * axis()["t"]).items()},

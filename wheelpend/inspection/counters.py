@@ -7,10 +7,19 @@ from itertools import combinations
 
 import numpy as np
 
-from wheelpend.inspection.column_names import has_word, is_command, stated_unit, words_of
+from wheelpend.inspection.column_names import (
+    ANGLE_NAMES,
+    has_word,
+    is_command,
+    stated_base,
+    stated_factor,
+    stated_unit,
+    words_of,
+)
 
 ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
+MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates
 MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
 
@@ -47,6 +56,26 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
         if (line := _line_between(values[a], values[b])) and line != (1.0, 0.0) and line != (-1.0, 0.0):
             found[b] = f"{b} is {_line_text(line, a)} throughout: the same once more, and left out."
     return found
+
+
+def coordinates_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """Columns (N,) that are the two coordinates of what an angle is the direction of, as trackers of a camera write."""
+    moving = {n: v for n, v in values.items() if np.isfinite(v).all() and np.ptp(v) > 0.0}
+    angles = {n: v * stated_factor(n) for n, v in moving.items() if stated_base(n) == "rad" or has_word(n, ANGLE_NAMES)}
+    for angle, direction in angles.items():
+        for one, other in combinations([n for n in moving if n not in angles], 2):
+            if any(_is_direction(direction, moving[one], sign * moving[other]) for sign in (1.0, -1.0)):
+                said = "is one of the coordinates whose direction is {}: the same once more, and left out."
+                return {n: f"{n} {said.format(angle)}" for n in (one, other)}
+    return {}
+
+
+def _is_direction(angle: np.ndarray, one: np.ndarray, other: np.ndarray) -> bool:
+    """True of an angle (N,) [rad] that is the direction of two coordinates, whichever way and from where it counts."""
+    every = max(1, len(angle) // MAX_COMPARED_SAMPLES)
+    found, read = np.unwrap(np.arctan2(one, other)[::every]), np.unwrap(angle[::every])
+    off = min(float(np.ptp(read - found)), float(np.ptp(read + found)))
+    return off < MAX_DIRECTION_DEVIATION * float(np.ptp(read))
 
 
 def _may_control(one: str, other: str) -> bool:

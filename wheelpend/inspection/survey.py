@@ -30,7 +30,7 @@ from wheelpend.inspection.column_names import (
     stated_factor,
     words_of,
 )
-from wheelpend.inspection.counters import copies_among, counter_sentence
+from wheelpend.inspection.counters import coordinates_among, copies_among, counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
 from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
@@ -146,7 +146,8 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     check_time(path.name, raw)
     t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1] * clock.scale
     counters = {n: text for n, v in values.items() if (text := beside_clock(n, v, t))}
-    copies = copies_among({n: v for n, v in values.items() if n not in counters})
+    rest = {n: v for n, v in values.items() if n not in counters}
+    copies = copies_among(rest) | coordinates_among(rest)
     no_reading = counters | copies
     log = analysed(path.name, t, moving_columns(path, {n: v for n, v in values.items() if n not in no_reading}))
     moving = dict(zip(log.channels, log.measured.T, strict=True))
