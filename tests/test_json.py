@@ -59,7 +59,7 @@ KEYS = {
     SlowSource: "place is_force correlation_time_s gain p_value",
     ImpossibleLaw: "effect coefficients p_value",
     RowForce: "rms unit rms_torque share_of_drive share correlation_time_s place at_bound",
-    SensorError: "rms unit sigmas correlation_time_s lag_s",
+    SensorError: "rms unit sigmas share_of_signal correlation_time_s lag_s",
     Estimate: "value sigma identifiable",
     LogValue: "log value sigma",
     TrackPoint: "t parameters",

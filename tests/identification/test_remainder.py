@@ -98,7 +98,7 @@ def test_identified_values_keep_what_they_leave_and_a_later_fit_drops_it():
 
 def test_a_place_is_stored_only_where_the_force_acts_on_several_rows():
     left = Remainder({"wheel": FORCE, "body": RowForce(0.1, "V", None, 0.1, 0.1, 0.2, "body")},
-                     {"theta_p": SensorError(0.001, "rad", 2.0, 0.3)})  # fmt: skip
+                     {"theta_p": SensorError(0.001, "rad", 2.0, 0.01, 0.3)})  # fmt: skip
     model = with_remainder(Model.default(), left)
     assert model.random_force == {"wheel": RandomForce(0.2, 0.1, "drive"), "body": RandomForce(0.1, 0.2)}
     assert model.sensor_error == {"theta_p": SensorNoise(0.001, 0.3)}

@@ -30,10 +30,10 @@ def test_the_input_is_spoken_of_where_there_is_one():
 
 
 @pytest.mark.parametrize(
-    ("sigmas", "unpredicted", "mostly"), [(5.0, 0.4, True), (5.0, 0.2, False), (0.8, 0.4, False), (5.0, None, False)]
+    ("share", "unpredicted", "mostly"), [(0.9, 0.4, True), (0.9, 0.2, False), (0.1, 0.4, False), (0.9, None, False)]
 )
-def test_what_is_missed_and_taken_for_a_sensors_error_is_mostly_chance(sigmas, unpredicted, mostly):
-    error = SensorError(0.25, "rad", sigmas, 0.2)
+def test_what_is_missed_and_taken_for_a_sensors_error_is_mostly_chance(share, unpredicted, mostly):
+    error = SensorError(0.25, "rad", 5.0, share, 0.2)
     missed = Remainder(sensors={"theta_p": error}, unpredicted=unpredicted)
     assert is_mostly_chance(missed) is mostly
     said = remainder_warnings(missed, ROBOT)

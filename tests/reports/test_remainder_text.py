@@ -74,7 +74,7 @@ def test_without_a_force_sensor_noise_explains_the_rest():
 
 
 def test_a_sensor_with_an_error_of_its_own_is_named():
-    lines = remainder_sentences(Remainder(sensors={"theta_p": SensorError(9e-4, "rad", 2.1, 0.3)}), MODEL)
+    lines = remainder_sentences(Remainder(sensors={"theta_p": SensorError(9e-4, "rad", 2.1, 0.01, 0.3)}), MODEL)
     assert lines == [
         "No random force is left: what is not predicted is taken for errors of the sensors.",
         "theta_p has an error of its own of 0.9 mrad (2.1 σ), correlation time 300 ms: "
@@ -108,7 +108,7 @@ def test_intervals_that_the_correlation_time_widens_are_said_with_the_range():
 
 
 def test_a_sensor_behind_a_low_pass_filter_is_said_to_lag():
-    lines = remainder_sentences(Remainder(sensors={"theta_p": SensorError(9e-6, "rad", 0.02, 0.02, 0.02)}), MODEL)
+    lines = remainder_sentences(Remainder(sensors={"theta_p": SensorError(9e-6, "rad", 0.02, 1e-4, 0.02, 0.02)}), MODEL)
     assert lines[1:] == ["theta_p lags by 20 ms, as behind a low-pass filter."]
 
 

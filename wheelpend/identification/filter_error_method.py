@@ -251,4 +251,5 @@ def remainder_at_point(problem: EstimationProblem, estimator: FilterEstimator, p
     filters = estimator.problem
     acting = modelled_forces(filters.module, problem.logs, filters.space.values_of_log(point.theta, 0))
     sigma = np.sqrt(np.mean([s.sigma**2 for s in filters.segments], axis=0))
-    return remainder_of(problem.model, point.sources, acting, sigma, estimator.correlation_bounds[1])
+    deviation = np.sqrt(np.mean([np.nanvar(log.measured, axis=0) for log in problem.logs], axis=0))
+    return remainder_of(problem.model, point.sources, acting, sigma, deviation, estimator.correlation_bounds[1])

@@ -54,6 +54,7 @@ class SensorError:
     rms: float  # in the unit of the channel
     unit: str
     sigmas: float  # its rms over the sensor's σ
+    share_of_signal: float  # its rms over the channel's standard deviation
     correlation_time_s: float
     lag_s: float = 0.0  # time of the low-pass filter behind which it reads; 0 for none
 
@@ -63,6 +64,7 @@ class SensorError:
             "rms": self.rms,
             "unit": self.unit,
             "sigmas": self.sigmas,
+            "share_of_signal": self.share_of_signal,
             "correlation_time_s": self.correlation_time_s,
             "lag_s": self.lag_s,
         }
@@ -138,11 +140,17 @@ def with_remainder(model: Model, left: Remainder | None) -> Model:
 
 
 def remainder_of(
-    model: Model, sources: Sequence[Sources], acting: ActingForces, sigma: np.ndarray, longest: float
+    model: Model,
+    sources: Sequence[Sources],
+    acting: ActingForces,
+    sigma: np.ndarray,
+    deviation: np.ndarray,
+    longest: float,
 ) -> Remainder:
     """What the sources of some logs amount to, the root mean square over the logs.
 
-    sigma (NY,) is the size of the sensors' noise, longest [s] the correlation time that was allowed.
+    sigma (NY,) is the size of the sensors' noise, deviation (NY,) the standard deviation of what they read, longest [s]
+    the correlation time that was allowed.
     """
     plant, kinds = model.plant_signature, sources[0]
     sizes = np.sqrt(np.mean([[s.rms**2 for s in own] for own in sources], axis=0)) if kinds else np.zeros(0)
@@ -158,16 +166,21 @@ def remainder_of(
             (s, float(size)) for s, size in zip(kinds, sizes, strict=True) if s.place == channel.name and not s.is_force
         ]
         if of_channel:
-            errors[channel.name] = _sensor_error(of_channel, channel.unit, float(sigma[number]))
+            errors[channel.name] = _sensor_error(
+                of_channel, channel.unit, float(sigma[number]), float(deviation[number])
+            )
     return Remainder(forces, errors, tuple(s.place for s in kinds if s.is_force))
 
 
-def _sensor_error(sources: Sequence[tuple[RandomSource, float]], unit: str, sigma: float) -> SensorError:
+def _sensor_error(
+    sources: Sequence[tuple[RandomSource, float]], unit: str, sigma: float, deviation: float
+) -> SensorError:
     """What the sources of one channel, with their sizes, amount to."""
     rms = float(np.sqrt(sum(size**2 for _, size in sources)))
     leading = max(sources, key=lambda s: s[1])[0]
     lag = max((s.correlation_time for s, _ in sources if s.lags), default=0.0)
-    return SensorError(rms, unit, rms / sigma, leading.correlation_time, lag)
+    share = rms / deviation if deviation else np.inf
+    return SensorError(rms, unit, rms / sigma, share, leading.correlation_time, lag)
 
 
 def _row_force(

@@ -22,6 +22,7 @@ from wheelpend.identification.remainder import Remainder
 from wheelpend.kernels.kernel_module import KernelModule
 
 LARGE_FORCE_SHARE = 0.5  # of the modelled forces on a row: from there on chance has more weight than they
+LARGE_ERROR_SHARE = 0.5  # of a channel's standard deviation: from there on its error is what it reads
 LARGE_UNPREDICTED_SHARE = 0.25  # of the motion's mean square over the horizon, half of its size: the model misses it
 MAX_INERTIA_RATIO = 2.0  # of two estimates of an inertia, beyond which one of them is wrong
 MAX_KNOWN_SIGMA_SHARE = 0.5  # of its value, standard error up to which a parameter is known: 95 % end before zero
@@ -33,7 +34,7 @@ def is_mostly_chance(left: Remainder | None) -> bool:
     """True where chance pushes with half the weight of all that is modelled, or more, and the model predicts little.
 
     A force that changes from sample to sample may be large and move next to nothing. Or where what the model does not
-    predict is taken for errors of sensors that are larger than their noise.
+    predict is taken for errors of sensors half as large as what they read.
     """
     if left is None or (left.unpredicted is not None and left.unpredicted < LARGE_UNPREDICTED_SHARE):
         return False
@@ -41,9 +42,9 @@ def is_mostly_chance(left: Remainder | None) -> bool:
 
 
 def _erring_sensors(left: Remainder) -> list[str]:
-    """Channels that are said to err by more than their noise, where it is known that the model predicts little."""
+    """Channels that are said to err by half of all that they read, where it is known that the model predicts little."""
     known = left.unpredicted is not None
-    return [channel for channel, error in left.sensors.items() if known and error.sigmas > 1.0]
+    return [channel for channel, error in left.sensors.items() if known and error.share_of_signal >= LARGE_ERROR_SHARE]
 
 
 def remainder_warnings(left: Remainder | None, plant: PlantSignature) -> tuple[str, ...]:

@@ -396,7 +396,8 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     shared = 1 - float(rest @ rest) / (float(target @ target) or 1.0)
     quantum = find_quantum(angle) or float(is_whole(angle))
     rounding = quantum / math.sqrt(6) / float(np.median(np.diff(t[good])))  # of the slope between two readings
-    by_rounding = shared > ROUNDING_SHARE and float(np.std(errors)) < MAX_ROUNDING_GROWTH * rounding
+    smooth = taps == MAX_FILTER_SAMPLES and float(np.std(errors)) < MAX_ROUNDING_GROWTH * rounding  # in a long log
+    by_rounding = shared > ROUNDING_SHARE and smooth
     raw_angle = bool(quantum) or not is_filtered(angle)
     gives = f"A filter of the angle gives {100 * shared:.0f} % of its scatter from sample to sample"
     if by_rounding or (shared > COMPUTED_SHARE and raw_angle):
