@@ -64,6 +64,9 @@ def test_nothing_is_seen_where_each_effect_may_be_too_small_and_none_is_likely()
 
     assert nothing(-6.0) == pytest.approx(1.0 - probability_of_none(1.0), abs=0.05)
     assert 0.3 < nothing(3.5) < 0.7 and nothing(20.0) < 1e-3
+    both = structures([RoundEvidence({"a": even(50.0)}, "a"), RoundEvidence({"b": even(20.0)}, "")], LIBRARY, 1.0)
+    assert probability_of_nothing_seen(both) < probability_of_nothing_seen(both, 1) < 1e-3
+    assert probability_of_nothing_seen(both, 2) == pytest.approx(1.0 - probability_of_none(1.0), abs=0.05)
 
 
 def test_an_effect_needs_evidence_for_the_size_of_the_library_too():

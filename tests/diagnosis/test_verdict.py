@@ -177,15 +177,20 @@ def replace_error(base, error):
     return base._replace(error=error)
 
 
-def told_with_structures(nats, verdict="nothing_missing", rounds=1, by_likelihood=True):
+def told_with_structures(nats, verdict="nothing_missing", after_another=False, by_likelihood=True):
     """Verdict, and what would have been shown, of a search with this evidence for an effect that is not certain."""
     tried = SimpleNamespace(effect="link_scale", evidence=np.full(20, nats / 20), is_possible=True)
     rest = [SimpleNamespace(name=f"other_{k}") for k in range(12)]
     problem = SimpleNamespace(replaced=lambda name: (), candidates=lambda: [SimpleNamespace(name="link_scale"), *rest])
     searched = SimpleNamespace(refitted=(tried,), named=(), problem=problem, p_value_of_rest=1.0)
-    fields = {"verdict": verdict, "by_likelihood": by_likelihood, "named": (), "detectable": {"slope": {}}}
+    other = SimpleNamespace(effect="other_0", evidence=np.full(20, 3.0), is_possible=True)
+    first = SimpleNamespace(
+        refitted=(other,), named=(other,), problem=SimpleNamespace(**vars(problem)), p_value_of_rest=1.0
+    )
+    fields = {"verdict": verdict, "by_likelihood": by_likelihood, "named": (), "detectable": {"slope": {}},
+              "warnings": (), "problem": problem}  # fmt: skip
     blank = make_dataclass("Blank", [*fields, "structures", "candidates"])(*fields.values(), (), ())
-    found = with_structures(blank, [searched] * rounds)
+    found = with_structures(blank, [*([first] if after_another else []), searched])
     return found.verdict, found.detectable
 
 
@@ -193,7 +198,8 @@ def test_where_nothing_is_certain_but_nothing_missing_improbable_something_is_un
     assert told_with_structures(20.0) == ("unexplained", {})
     assert told_with_structures(2.0) == ("nothing_missing", {"slope": {}})
     assert told_with_structures(20.0, by_likelihood=False)[0] == "unexplained"  # though held-out data are at rest
-    assert told_with_structures(20.0, rounds=2)[0] == "nothing_missing"  # further effects are many, each unlikely
+    assert told_with_structures(20.0, after_another=True)[0] == "unexplained"
+    assert told_with_structures(2.0, after_another=True)[0] == "nothing_missing"  # what was named is likely, and alone
     assert told_with_structures(2.0, verdict="unexplained")[0] == "unexplained"
 
 

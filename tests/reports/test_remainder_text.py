@@ -217,7 +217,7 @@ def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
         return closing_sentence(SimpleNamespace(verdict=verdict, last=last))
 
     assert said(0.8).startswith("Most of the motion is still left to chance.")
-    assert said(0.2).startswith("Something is still missing that no effect of the library accounts for.")
+    assert said(0.2).startswith("Something is probably still missing.")
     assert said(0.2, by_likelihood=False, error=1.01) == UNCERTAIN_SENTENCE  # sensor noise is reached
     ambiguous = said(0.2, verdict="ambiguous")
     assert ambiguous.startswith(

@@ -129,10 +129,11 @@ def probability_of_none(p_value: float) -> float:
     return min(odds / (1.0 + odds), MAX_PROBABILITY_OF_NONE)
 
 
-def probability_of_nothing_seen(known: Sequence[Structure]) -> float:
-    """Probability that nothing is missing, or one effect that is too small for these logs to show."""
-    nothing = sum(s.probability for s in known if not s.effects)
-    return nothing + sum(s.unseen for s in known if len(s.effects) == 1)
+def probability_of_nothing_seen(known: Sequence[Structure], besides: int = 0) -> float:
+    """Probability that nothing is missing besides so many effects, or one that is too small for these logs to show."""
+    within = [s for s in known if s.effects != (NONE_OF_THESE,)]
+    nothing = sum(s.probability for s in within if len(s.effects) <= besides)
+    return nothing + sum(s.unseen for s in within if len(s.effects) == besides + 1)
 
 
 def probability_outside(known: Sequence[Structure]) -> float:

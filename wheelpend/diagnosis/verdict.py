@@ -177,13 +177,15 @@ def revise_verdict(found: Diagnosis, last: Diagnosis) -> Diagnosis:
 def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     """A diagnosis with the probabilities of what may be missing, by the rounds of its search.
 
-    Where no effect is certain, but that nothing is missing is improbable too, something is unexplained. Where that is
+    Where no further effect is certain, but that nothing more is missing is improbable too, something is unexplained.
+    Where that nothing is missing is
     likelier than the effect that is named, a warning says so.
     """
     evidence = [_round_evidence(one) for one in rounds]
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
-    if found.verdict == "nothing_missing" and len(rounds) == 1 and not found.named:
-        improbable = probability_of_nothing_seen(known) < MIN_NOTHING_PROBABILITY
+    named = [r for r in rounds if r.named]
+    if found.verdict == "nothing_missing" and found.problem is rounds[-1].problem and not found.named:
+        improbable = probability_of_nothing_seen(known, len(named)) < MIN_NOTHING_PROBABILITY
         found = replace(found, verdict="unexplained", detectable={}) if improbable else found
     if rounds[0].named and (said := _less_likely_than_nothing(rounds, known)):
         found = replace(found, warnings=(*found.warnings, said))

@@ -30,7 +30,7 @@ def make_continuous(
         return values, []
     adjacent = (np.diff(known) == 1) & (np.diff(t[known]) < MAX_NEIGHBOUR_INTERVAL_RATIO * np.median(np.diff(t)))
     remarks = []
-    if unit == "rad" and (jumps := count_wraps(values[known], adjacent)):
+    if unit in ("rad", "m") and (jumps := count_wraps(values[known], adjacent)):
         unwrapped = values.copy()
         unwrapped[known] = np.unwrap(values[known])
         across = int(np.sum(~adjacent & (np.abs(np.diff((unwrapped - values)[known])) > 0.5 * TURN_RAD)))

@@ -40,6 +40,7 @@ MOSTLY_CHANCE_SENTENCE = (
     "What is left to chance has half the weight of all that is modelled, or more. No law of these signals is "
     "certain to predict it; on so short or so odd a log that says little."
 )
+PROBABLY_MISSING_SENTENCE = "Something is probably still missing."
 UNCERTAIN_SENTENCE = (
     "That nothing is missing is improbable, but these data make no effect certain: the probabilities say which ones "
     "are likely, and a longer log with more motion will tell."
@@ -194,6 +195,7 @@ def closing_sentence(result: Ladder) -> str:
             return f"Nothing more that repeats is missing{step}; {chance_sentence(result.last.remainder)}"
         chance = not has_repeating(result.last.remainder) and is_mostly_chance(result.last.remainder)
         what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
+        what = PROBABLY_MISSING_SENTENCE if rest_beside_force_text(result.last).startswith(UNCERTAIN_SENTENCE) else what
         return f"{what} {rest_beside_force_text(result.last)}".strip()
     if result.verdict == "unexplained" and not result.last.named and is_at_noise(result.last):
         return f"{UNCERTAIN_SENTENCE} {probable_text(result.last)}".strip()
