@@ -15,8 +15,14 @@ OFFSET = ("com_offset", {"angle": Estimate(0.02, 0.001, unit="rad")}, ("imu_bias
 LATE = ("actuator_delay", {"delay": Estimate(0.004, 1e-5, unit="s")}, ())
 
 
-def title(*steps, before=52.4, after=0.997, floor=0.9989, verdict="nothing_missing", plant="wheel_pendulum", has=None):
-    made = tuple(SimpleNamespace(effect=e, estimates=found, equivalent_to=alike) for e, found, alike in steps)
+def title(
+    *steps, before=52.4, after=0.997, floor=0.9989, verdict="nothing_missing", plant="wheel_pendulum", has=None,
+    forces=(None, None),
+):  # fmt: skip
+    made = tuple(
+        SimpleNamespace(effect=e, estimates=found, equivalent_to=alike, force_before=forces[0], force_after=forces[1])
+        for e, found, alike in steps
+    )
     problem = SimpleNamespace(plant=PLANTS[plant])
     values = has or {}
     known = list(dict.fromkeys(n.partition(".")[0] for n in values))
@@ -55,6 +61,18 @@ def test_what_the_data_cannot_tell_apart_is_named_beside_it():
 )
 def test_no_more_is_claimed_than_the_error_shows(before, after, verdict, words):
     assert title(DRY, before=before, after=after, verdict=verdict).endswith(words)
+
+
+@pytest.mark.parametrize(
+    ("after", "forces", "words"),
+    [
+        (1.51, (3.8, 0.024), "that explains most of what was left to chance, 380 % → 2.4 % of the drive"),
+        (1.51, (0.1, 0.08), "that explains forces that a larger error hides, 1.45 → 1.51 σ"),
+        (1.2, (3.8, 0.024), "that explains most of the error, 1.45 → 1.20 σ"),
+    ],
+)
+def test_where_the_random_force_falls_and_not_the_error_that_is_what_is_explained(after, forces, words):
+    assert title(DRY, before=1.45, after=after, forces=forces).endswith(words)
 
 
 def test_a_size_that_each_log_has_for_itself_is_not_the_first_logs():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from derive.parameter_name import effect_of, full_name
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
-from wheelpend.reports.numbers import error_text, is_number, typeset_number_text, unit_text
+from wheelpend.reports.numbers import error_text, is_number, share_text, typeset_number_text, unit_text
 from wheelpend.reports.text.verdict import plain_effect_text
 
 if TYPE_CHECKING:
@@ -25,8 +25,20 @@ def title_text(explanation: Ladder) -> str:
     first, *others = (_found_text(step, explanation) for step in explanation.steps)
     found = "; ".join([first, *(other[:1].lower() + other[1:] for other in others)])
     verb = "together they explain" if others else "that explains"
+    if force := _explained_force_text(explanation):
+        return f"{found}: {verb} {force}"
     before, after = (error_text(e, SHOWN_DIGITS) for e in (explanation.base_error, explanation.error))
     return f"{found}: {verb} {_explained_text(explanation)}, {before} → {after} σ"
+
+
+def _explained_force_text(explanation: Ladder) -> str:
+    """Which part of the random force the effects explain, where they explain most of it and not the error."""
+    before, after = explanation.steps[0].force_before, explanation.steps[-1].force_after
+    falls = is_number(explanation.base_error) and explanation.error < explanation.base_error
+    if falls or not is_number(before) or not is_number(after) or after > MIN_MOST_SHARE * before:
+        return ""
+    rest = ", and something is still missing" if explanation.verdict == "unexplained" else ""
+    return f"most of what was left to chance{rest}, {share_text(before)} → {share_text(after)} of the drive"
 
 
 def _without_steps(explanation: Ladder) -> str:
