@@ -177,7 +177,7 @@ def replace_error(base, error):
     return base._replace(error=error)
 
 
-def told_with_structures(nats, verdict="nothing_missing", after_another=False, by_likelihood=True):
+def told_with_structures(nats, verdict="nothing_missing", after_another=False, by_likelihood=True, replacing=False):
     """Verdict, and what would have been shown, of a search with this evidence for an effect that is not certain."""
     tried = SimpleNamespace(effect="link_scale", evidence=np.full(20, nats / 20), is_possible=True)
     rest = [SimpleNamespace(name=f"other_{k}") for k in range(12)]
@@ -190,7 +190,12 @@ def told_with_structures(nats, verdict="nothing_missing", after_another=False, b
     fields = {"verdict": verdict, "by_likelihood": by_likelihood, "named": (), "detectable": {"slope": {}},
               "warnings": (), "problem": problem}  # fmt: skip
     blank = make_dataclass("Blank", [*fields, "structures", "candidates"])(*fields.values(), (), ())
-    found = with_structures(blank, [*([first] if after_another else []), searched])
+    better = SimpleNamespace(effect="other_1", evidence=np.full(20, 3.0), is_possible=True)
+    takes = SimpleNamespace(
+        replaced=lambda name: ("other_0",) if name == "other_1" else (), candidates=problem.candidates
+    )
+    second = SimpleNamespace(refitted=(better,), named=(better,), problem=takes, p_value_of_rest=1.0)
+    found = with_structures(blank, [*([first] if after_another else []), *([second] if replacing else []), searched])
     return found.verdict, found.detectable
 
 
@@ -200,6 +205,7 @@ def test_where_nothing_is_certain_but_nothing_missing_improbable_something_is_un
     assert told_with_structures(20.0, by_likelihood=False)[0] == "unexplained"  # though held-out data are at rest
     assert told_with_structures(20.0, after_another=True)[0] == "unexplained"
     assert told_with_structures(2.0, after_another=True)[0] == "nothing_missing"  # what was named is likely, and alone
+    assert told_with_structures(20.0, after_another=True, replacing=True)[0] == "unexplained"  # one is left of two
     assert told_with_structures(2.0, verdict="unexplained")[0] == "unexplained"
 
 

@@ -54,8 +54,42 @@ def test_of_two_wheels_alone_one_is_looked_at_and_a_filtered_difference_is_no_se
     assert "left_speed is the derivative of left_pulses." in said and "no sensor of its own" in said
     assert "right_" not in found.model and "rate_sensor" not in found.model and "links" not in found.model
     body = columns | {"pitch": 0.05 * np.sin(columns["ms"] / 300.0) + 0.001 * np.cos(columns["ms"] / 17.0)}
-    assert not right_sides(dict.fromkeys(("left_pulses", "right_pulses", "pitch"), ("position", "")))
     assert survey_file(write_csv(tmp_path / "robot.csv", body)).column("right_pulses").role == "position"
+
+
+@pytest.mark.parametrize(
+    ("roles", "left_out"),
+    [
+        ({"left_pulses": "position", "right_pulses": "position", "pwm_l": "input", "pwm_r": "input"},
+         {"right_pulses", "pwm_r"}),
+        ({"enc_l": "position", "enc_r": "position", "u": "input"}, {"enc_r"}),
+        ({"theta_l": "position", "theta_r": "position", "u": "input"}, set()),  # of a load and a rotor, say
+        ({"left_pos": "position", "right_pos": "position", "right_u": "input"}, set()),  # which is the right one's
+        ({"left_pos": "position", "right_pos": "position", "gyro_y": "further"}, set()),  # it has a body
+        ({"left_pos": "position", "right_pos": "position", "pitch": "position"}, set()),
+    ],
+)  # fmt: skip
+def test_one_of_two_wheels_is_left_out_and_nothing_that_is_no_other_wheel(roles, left_out):
+    assert set(right_sides({n: (role, "") for n, role in roles.items()})) == left_out
+
+
+def test_a_rate_goes_with_its_wheel():
+    roles = {"left_pos": ("position", ""), "right_pos": ("position", ""), "w": ("rate", "right_pos")}
+    assert right_sides(roles)["w"] == "w is the rate of right_pos, the other wheel's."
+
+
+def test_counts_are_no_degrees_however_fast_they_come(tmp_path):
+    columns = fast_motor()
+    counts = columns | {"angle": np.round(columns["angle"] * 4096 / 360)}
+    found = first_look(write_csv(tmp_path / "counts.csv", counts), "pendulum")
+    assert "put your encoder's counts per turn" in next(r for r in found.model.splitlines() if r.startswith("theta_1"))
+
+
+def test_a_shaft_in_degrees_along_a_slide_is_made_continuous_too(tmp_path):
+    columns = fast_motor()
+    path = write_csv(tmp_path / "shaft.csv", columns | {"angle": columns["angle"] % 360.0})
+    look = first_look(path, "slide")
+    assert np.ptp(look.log.measured[:, 0]) == pytest.approx(np.deg2rad(np.ptp(columns["angle"])), rel=1e-6)
 
 
 def test_speeds_are_no_places_and_a_place_is_no_input(tmp_path):

@@ -49,10 +49,25 @@ def test_an_angle_that_goes_on_by_less_than_half_a_turn_from_sample_to_sample_is
     assert whole_turn(np.rad2deg(turning) % 360.0) == 360.0
 
 
-def test_what_jumps_about_within_a_turn_is_not_wrapped():
-    anywhere = np.random.default_rng(5).uniform(-np.pi, np.pi, 400)
-    assert make_continuous("theta_1", anywhere, np.arange(400) * 0.01, "rad")[1] == []
-    assert whole_turn(anywhere) == whole_turn(np.rad2deg(anywhere)) == whole_turn(np.full(9, np.nan)) == 0.0
+K = np.arange(400)
+JUMPING = {
+    "anywhere": np.random.default_rng(5).uniform(-np.pi, np.pi, 400),
+    "a square wave": 2.0 * np.sign(np.sin(K / 23.0)),
+    "a duty in degrees": np.deg2rad(100.0 + 100.0 * np.sign(np.sin(K / 23.0))),
+    "a servo from end to end": np.deg2rad(np.where(K // 15 % 2, 200.0, 0.0)) + 0.01 * np.sin(K),
+}
+
+
+@pytest.mark.parametrize("name", JUMPING)
+def test_what_jumps_about_within_a_turn_is_not_wrapped(name):
+    assert make_continuous("theta_1", JUMPING[name], K * 0.01, "rad")[1] == []
+    assert whole_turn(JUMPING[name]) == whole_turn(np.rad2deg(JUMPING[name])) == 0.0
+
+
+def test_nothing_is_no_turn_and_a_way_of_metres_is_no_angle():
+    assert whole_turn(np.full(9, np.nan)) == whole_turn(np.zeros(1)) == whole_turn(np.zeros(0)) == 0.0
+    dropouts = np.where(K % 80 == 7, 0.0, 5.5 + 0.4 * np.sin(K / 30.0))
+    assert make_continuous("x", dropouts, K * 0.01, "m")[1] == []
 
 
 def test_a_gap_does_not_hide_a_wrap():

@@ -40,7 +40,7 @@ SHARED_TEST_FILES = ("tests/conftest.py", "tests/support.py")
 TIMEOUT_S = 600.0  # of the tests of one mistake; the tests noticed it if they do not end
 CHECK_TIMEOUT_S = 3600.0  # of all tests without a mistake, with every kernel compiled anew
 QUICK, SLOW = "not slow", "slow"  # tests, the former first
-NO_TESTS = 5  # pytest's exit code where it found none
+NO_TESTS, NOT_TOLD = 5, -1  # pytest's exit code where it found none; one where tests tell nothing
 CAUGHT, PASSED, BROKEN = "caught", "passed", "broken"
 MAX_REASON_LENGTH = 160  # characters of the line that says which test failed
 
@@ -182,12 +182,15 @@ def attempt(free: SimpleQueue[Path], mistake: Mistake, mark: str) -> Outcome:
         if code in (0, NO_TESTS):
             slow = run_tests(copy, mistake.tests, SLOW, CHECK_TIMEOUT_S)
             code, output = slow if slow[0] != NO_TESTS else (code, output)
+            path.write_text(text, encoding="utf-8")
+            if slow[0] == 1 and run_tests(copy, mistake.tests, SLOW, CHECK_TIMEOUT_S)[0] != 0:
+                code, output = NOT_TOLD, "FAILED the slow tests fail without the mistake too"
     finally:
         path.write_text(text, encoding="utf-8")
         free.put(copy)
     failed = next((line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))), "")
     result = {0: PASSED, 1: CAUGHT}.get(code, BROKEN)  # other codes: pytest found no test, or was not started well
-    if result == BROKEN and failed:
+    if result == BROKEN and failed and code != NOT_TOLD:
         result = CAUGHT  # the mistake keeps a test file from being collected
     outcome = Outcome(mistake.name, result, round(monotonic() - begin, 1), failed[:MAX_REASON_LENGTH])
     remember(outcome, mark)

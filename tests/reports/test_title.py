@@ -69,6 +69,7 @@ def test_no_more_is_claimed_than_the_error_shows(before, after, verdict, words):
         (1.51, (3.8, 0.024), "that explains most of what was left to chance, 380 % → 2.4 % of the drive"),
         (1.51, (0.1, 0.08), "that explains forces that a larger error hides, 1.45 → 1.51 σ"),
         (1.2, (3.8, 0.024), "that explains most of the error, 1.45 → 1.20 σ"),
+        (1.51, (float("inf"), 0.024), "that explains forces that a larger error hides, 1.45 → 1.51 σ"),
     ],
 )
 def test_where_the_random_force_falls_and_not_the_error_that_is_what_is_explained(after, forces, words):

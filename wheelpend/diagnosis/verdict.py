@@ -178,19 +178,26 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     """A diagnosis with the probabilities of what may be missing, by the rounds of its search.
 
     Where no further effect is certain, but that nothing more is missing is improbable too, something is unexplained.
-    Where that nothing is missing is
-    likelier than the effect that is named, a warning says so.
+    Where that nothing is missing is likelier than the effect that is named, a warning says so.
     """
     evidence = [_round_evidence(one) for one in rounds]
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
-    named = [r for r in rounds if r.named]
     if found.verdict == "nothing_missing" and found.problem is rounds[-1].problem and not found.named:
-        improbable = probability_of_nothing_seen(known, len(named)) < MIN_NOTHING_PROBABILITY
+        improbable = probability_of_nothing_seen(known, len(_standing(rounds))) < MIN_NOTHING_PROBABILITY
         found = replace(found, verdict="unexplained", detectable={}) if improbable else found
     if rounds[0].named and (said := _less_likely_than_nothing(rounds, known)):
         found = replace(found, warnings=(*found.warnings, said))
     likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
     return replace(found, structures=known, candidates=tuple(replace(c, probability=p) for c, p in likely))
+
+
+def _standing(rounds: Sequence[Diagnosis]) -> list[str]:
+    """Effects that the rounds of a search named first, but those in whose place a later one came."""
+    found: list[str] = []
+    for one in (r for r in rounds if r.named):
+        effect = one.named[0].effect
+        found = [*(e for e in found if e not in one.problem.replaced(effect)), effect]
+    return found
 
 
 def _less_likely_than_nothing(rounds: Sequence[Diagnosis], known: Sequence[Structure]) -> str:

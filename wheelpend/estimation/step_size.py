@@ -15,6 +15,7 @@ STEP_PER_TIME_CONSTANT = 0.25  # of the fastest motion
 MAX_STEP_PER_TIME_CONSTANT = 0.5  # the same, from which on a step is shortened: the method is stable up to 2.8
 STEP_LIMITS_S = (1e-4, 0.01)  # s, least and largest step
 UNKNOWN_RATE = 100.0  # 1/s, taken as fastest where the accelerations are not finite
+FAST_QUANTILE = 0.9  # of a rate's size along a log
 REST_RATE = 1e-6  # rad/s, so near rest that smoothed dry friction is at its steepest
 DIFFERENCE_STEP = 1e-3  # rad or rad/s
 
@@ -40,10 +41,15 @@ def resolving_step(module: KernelModule, parameters: np.ndarray, state: np.ndarr
 
 
 def fastest_state(module: KernelModule, log: Log) -> np.ndarray:
-    """State (NV,) of a log where it moves fastest, as far as sensors tell."""
-    states, found = measured_states(module, log), np.zeros(module.NV)
-    moving = np.nan_to_num(np.abs(states[:, module.NQ : module.NX]).sum(axis=1))
-    found[: module.NX] = np.nan_to_num(states[int(np.argmax(moving))])
+    """State (NV,) of a log where it moves fastest, as far as sensors tell, every rate as fast as it mostly is at least.
+
+    One that is next to nothing there would have dry friction at its steepest.
+    """
+    states, found = np.nan_to_num(measured_states(module, log)), np.zeros(module.NV)
+    rates = np.abs(states[:, module.NQ : module.NX])
+    usual = np.quantile(rates, FAST_QUANTILE, axis=0)
+    found[: module.NX] = states[int(np.argmax((rates / np.where(usual > 0.0, usual, 1.0)).sum(axis=1)))]
+    found[module.NQ : module.NX] = np.maximum(np.abs(found[module.NQ : module.NX]), np.where(usual > 0.0, usual, 1.0))
     return found
 
 

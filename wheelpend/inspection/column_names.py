@@ -16,6 +16,7 @@ CLOCK_NAMES = ("time", "timestamp", "stamp", "micros", "millis")
 COUNT_NAMES = ("enc", "tick", "count", "pulse")
 SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that command nothing
 LEFT_OF_RIGHT = {"right": "left", "r": "l"}
+WHEEL_NAMES = ("wheel", "motor", "enc", "tick", "count", "pulse", "pwm", "duty")
 DUTY_NAMES = ("duty", "pwm")
 SHORT_INPUT_NAMES = ("v", "cmd", "ctrl", "motor", "effort")  # inputs where no column is called one outright
 INPUT_WORDS = (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")
@@ -114,9 +115,13 @@ def is_no_place(name: str) -> bool:
 
 
 def left_name(name: str) -> tuple[str, ...]:
-    """The words that the left side's column has, of a name after a right side; nothing of any other."""
+    """The words that the left wheel's column has, of a name after a right one; nothing of any other.
+
+    A single r stands for right beside what a wheel has alone: x_r and joint_r are no wheels.
+    """
     words = words_of(name)
-    return tuple(LEFT_OF_RIGHT.get(w, w) for w in words) if any(w in LEFT_OF_RIGHT for w in words) else ()
+    sided = "right" in words or ("r" in words and has_word(name, WHEEL_NAMES))
+    return tuple(LEFT_OF_RIGHT.get(w, w) for w in words) if sided else ()
 
 
 def is_counting(name: str) -> bool:

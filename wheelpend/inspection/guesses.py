@@ -122,8 +122,8 @@ def guess_place(
     if (
         own == "rad"
         and not stated_unit(column)
-        and not counting
-        and (speed := _usual_speed(survey, values)) > MAX_SHAFT_SPEED_RAD_S
+        and not is_whole(values)  # counts
+        and (speed := _high_speed(survey, values)) > MAX_SHAFT_SPEED_RAD_S
     ):
         return Guess(
             ColumnMap(column, "deg"), f"degrees, for in rad it would turn {speed / (2 * math.pi):.0f} times a second"
@@ -143,7 +143,7 @@ def guess_place(
     return guess_counts(column, values, own)
 
 
-def _usual_speed(survey: Survey, values: np.ndarray) -> float:
+def _high_speed(survey: Survey, values: np.ndarray) -> float:
     """The speed that a position (N,) has at least in a tenth of a log [its unit/s]."""
     return float(np.nanquantile(np.abs(np.diff(values)) / np.diff(survey.values["t"]), 0.9))
 

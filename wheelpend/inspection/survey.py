@@ -199,13 +199,20 @@ def beside_clock(name: str, values: np.ndarray, t: np.ndarray) -> str:
 
 
 def right_sides(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
-    """Columns of the right wheel of two that are all that moves, with a sentence: the left one is looked at alone."""
+    """Columns of the right wheel of two that are all that moves, with a sentence: the left one is looked at alone.
+
+    Not where only the right one's command is logged, or something that may be read at the body.
+    """
     lefts = {(tuple(words_of(n)), role): n for n, (role, _) in roles.items()}
     found = {n: lefts[key] for n, (role, _) in roles.items() if (key := (left_name(n), role)) in lefts}
     places = [n for n, (role, _) in roles.items() if role == "position"]
-    if len(places) != 2 or not any(n in found for n in places):
+    of_body = [n for n, (role, _) in roles.items() if role == "further" and has_word(n, (*ANGLE_NAMES, "gyro", "imu"))]
+    alone = [n for n, (role, _) in roles.items() if role == "input" and n not in found and left_name(n)]
+    if len(places) != 2 or not any(n in found for n in places) or of_body or alone:
         return {}
-    return {n: f"{n} is the other wheel's {left}: one wheel is looked at alone." for n, left in found.items()}
+    said = {n: f"{n} is the other wheel's {left}: one wheel is looked at alone." for n, left in found.items()}
+    rates = {n: of for n, (role, of) in roles.items() if role == "rate" and of in found and n not in found}
+    return said | {n: f"{n} is the rate of {of}, the other wheel's." for n, of in rates.items()}
 
 
 def held_inputs(

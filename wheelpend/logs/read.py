@@ -6,6 +6,7 @@ the header not included.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -84,7 +85,7 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
         notes += remarks
     check_input_acts(log_name, columns_by_name, table)
     seams = seams_of(raw_t, columns_by_name, table)  # before they are made continuous
-    notes += unwrap_positions(columns_by_name, raw_t, table)
+    notes += unwrap_positions(columns_by_name, raw_t, table, sources)
     for name, source in sources.items():  # not before: an encoder that starts again does so at its own zero
         if source.offset:
             columns_by_name[name] = columns_by_name[name] + source.offset
@@ -106,7 +107,7 @@ def signals_of_file(
     file = numbered(open_file(path), columns)
     sources, _ = find_sources(path.name, file.names, table, columns, file.units, file.kind)
     raw_t, signals = read_scaled_columns(path.name, file, sources, table)
-    unwrap_positions(signals, raw_t, table)
+    unwrap_positions(signals, raw_t, table, sources)
     for name, source in sources.items():
         if source.offset:
             signals[name] = signals[name] + source.offset
@@ -151,12 +152,19 @@ def held_factor(log: str, column: str, values: np.ndarray) -> np.ndarray:
     return values[np.maximum(last_true(~np.isnan(values)), 0)]
 
 
-def unwrap_positions(columns_by_name: dict[str, np.ndarray], raw_t: np.ndarray, table: ColumnTable) -> list[str]:
-    """Make the channels that are angles or positions continuous, in place; returns a sentence on each jump found."""
+def unwrap_positions(
+    columns_by_name: dict[str, np.ndarray], raw_t: np.ndarray, table: ColumnTable, sources: Mapping[str, ColumnSource]
+) -> list[str]:
+    """Make the channels that are angles or positions continuous, in place; returns a sentence on each jump found.
+
+    A way whose column is in degrees is that of a shaft, and wraps as an angle does.
+    """
     notes = []
     for name in table.places:
+        of_shaft = math.isclose(abs(sources[name].factor), math.radians(1.0), rel_tol=1e-6)
+        unit = "rad" if of_shaft else table.units[name]
         columns_by_name[name], remarks = make_continuous(
-            name, columns_by_name[name], raw_t, table.units[name], can_reset=name != table.range_channel
+            name, columns_by_name[name], raw_t, unit, can_reset=name != table.range_channel
         )
         notes += remarks
     return notes

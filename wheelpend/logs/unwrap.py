@@ -11,6 +11,7 @@ TURNS = (TURN_RAD, 360.0)  # in rad, in degrees
 JUMP_TOLERANCE_TURNS = 0.25  # of a turn, by which a jump may differ from a whole one
 MIN_FAST_JUMPS = 5  # of an angle that goes far from sample to sample, from which on it is wrapped
 MAX_UNEVEN_TURNS = 0.1  # of a turn, by which the way of such an angle changes from one interval to the next
+MIN_EVEN_SHARE = 0.9  # of its jumps, before and after which it goes on as within them: a command jumps from rest
 MAX_WRAPPED_RANGE_TURNS = 1.05  # turns that a wrapped angle covers at most
 RESET_JUMP_RATIO = 20.0  # times the usual step from which a jump to zero is a new start
 MAX_NEIGHBOUR_INTERVAL_RATIO = 5.0  # times the usual interval, up to which samples are neighbours
@@ -30,7 +31,7 @@ def make_continuous(
         return values, []
     adjacent = (np.diff(known) == 1) & (np.diff(t[known]) < MAX_NEIGHBOUR_INTERVAL_RATIO * np.median(np.diff(t)))
     remarks = []
-    if unit in ("rad", "m") and (jumps := count_wraps(values[known], adjacent)):
+    if unit == "rad" and (jumps := count_wraps(values[known], adjacent)):
         unwrapped = values.copy()
         unwrapped[known] = np.unwrap(values[known])
         across = int(np.sum(~adjacent & (np.abs(np.diff((unwrapped - values)[known])) > 0.5 * TURN_RAD)))
@@ -81,13 +82,15 @@ def count_wraps(values: np.ndarray, adjacent: np.ndarray) -> int:
 
 
 def _fast_wraps(values: np.ndarray, adjacent: np.ndarray) -> int:
-    """The same of one that goes on by up to half a turn from sample to sample, evenly but for its jumps."""
-    fast = adjacent & (np.abs(np.diff(values)) > 0.5 * TURN_RAD)
-    changes = np.abs(np.diff(np.diff(np.unwrap(values))))[adjacent[1:] & adjacent[:-1]]
-    if np.count_nonzero(fast) < MIN_FAST_JUMPS or not changes.size:
+    """The same of one that goes on by up to half a turn from sample to sample, before and after each of its jumps."""
+    fast = np.flatnonzero(adjacent & (np.abs(np.diff(values)) > 0.5 * TURN_RAD))
+    within = fast[(fast > 0) & (fast < len(adjacent) - 1)]
+    if within.size < MIN_FAST_JUMPS:
         return 0
-    even = float(np.quantile(changes, 0.98)) < MAX_UNEVEN_TURNS * TURN_RAD
-    return int(np.count_nonzero(fast)) if even else 0
+    steps = np.diff(np.unwrap(values))
+    uneven = np.maximum(np.abs(steps[within] - steps[within - 1]), np.abs(steps[within] - steps[within + 1]))
+    goes_on = (uneven < MAX_UNEVEN_TURNS * TURN_RAD) & (np.abs(steps[within]) > MAX_UNEVEN_TURNS * TURN_RAD)
+    return int(fast.size) if np.mean(goes_on) > MIN_EVEN_SHARE else 0
 
 
 def find_counter_resets(values: np.ndarray, adjacent: np.ndarray) -> np.ndarray:

@@ -34,8 +34,8 @@ def title_text(explanation: Ladder) -> str:
 def _explained_force_text(explanation: Ladder) -> str:
     """Which part of the random force the effects explain, where they explain most of it and not the error."""
     before, after = explanation.steps[0].force_before, explanation.steps[-1].force_after
-    falls = is_number(explanation.base_error) and explanation.error < explanation.base_error
-    if falls or before is None or after is None or not after <= MIN_MOST_SHARE * before:
+    falls = not is_number(explanation.base_error) or explanation.error < explanation.base_error
+    if falls or before is None or after is None or not is_number(before) or not after <= MIN_MOST_SHARE * before:
         return ""
     rest = ", and something is still missing" if explanation.verdict == "unexplained" else ""
     return f"most of what was left to chance{rest}, {share_text(before)} → {share_text(after)} of the drive"
