@@ -25,7 +25,7 @@ from wheelpend.inspection.signals import (
     with_channel,
 )
 from wheelpend.logs.log import Log
-from wheelpend.logs.unwrap import count_wraps
+from wheelpend.logs.unwrap import TURNS, count_wraps, unwrapped
 
 MAX_RATE_NOISE_SHARE = 2e-4  # unexplained share up to which noise, fed back by the controller, cannot look like a shift
 MIN_RATE_CORRELATION = 0.8  # correlation of a rate and the derivative of its angle from which they are compared
@@ -46,16 +46,14 @@ def find_wrapped_angles(log: Log, names: Sequence[str], corrections: LogCorrecti
     for name in names:
         values = channel_values(log, name)
         known = np.flatnonzero(np.isfinite(values))
-        for turn, unit in ((2 * math.pi, "2π"), (360.0, "360°")):
+        for turn, unit in zip(TURNS, ("2π", "360°"), strict=True):
             jumps = count_wraps(values[known] * (2 * math.pi / turn), np.full(max(known.size - 1, 0), True))
             if not jumps:
                 continue
             sentence = f"{name} jumps by about {unit} in {jumps} places: it is wrapped into one turn."
             cure = f"Unwrap it before it is used (numpy.unwrap with period {turn:.6g})."
             found.append(Finding("wrapped_angle", name, sentence, cure, turn))
-            continuous = values.copy()
-            continuous[known] = np.unwrap(values[known], period=turn)
-            log = with_channel(log, name, continuous)
+            log = with_channel(log, name, unwrapped(values, turn))
             break
     return found, log
 

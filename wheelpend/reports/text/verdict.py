@@ -195,8 +195,9 @@ def closing_sentence(result: Ladder) -> str:
             return f"Nothing more that repeats is missing{step}; {chance_sentence(result.last.remainder)}"
         chance = not has_repeating(result.last.remainder) and is_mostly_chance(result.last.remainder)
         what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
-        what = PROBABLY_MISSING_SENTENCE if rest_beside_force_text(result.last).startswith(UNCERTAIN_SENTENCE) else what
-        return f"{what} {rest_beside_force_text(result.last)}".strip()
+        rest = rest_beside_force_text(result.last)
+        what = PROBABLY_MISSING_SENTENCE if rest.startswith(UNCERTAIN_SENTENCE) else what
+        return f"{what} {rest}".strip()
     if result.verdict == "unexplained" and not result.last.named and is_at_noise(result.last):
         return f"{UNCERTAIN_SENTENCE} {probable_text(result.last)}".strip()
     return CLOSING_SENTENCES[result.verdict]
