@@ -191,8 +191,8 @@ class FilterEstimator:
         return Gradient(parameters, *(noise or self._noise_equations(point, free_noise, effort)))
 
     def _noise_equations(self, point: FilterPoint, free_noise: bool, effort: Effort) -> tuple[np.ndarray, np.ndarray]:
-        held, now = [effort.holds_sensors and not s.is_force for s in point.kinds], [r.innovation for r in point.runs]
-        return noise_equations(self.problem, point.theta, point.sources, now, held) if free_noise else NO_NOISE
+        held = [effort.holds_sensors and not s.is_force for s in point.kinds]
+        return noise_equations(self.problem, point.theta, point.sources, held) if free_noise else NO_NOISE
 
     def _moved_noise(self, sources: tuple[Sources, ...], gradient: Gradient, damping: float) -> tuple[Sources, ...]:
         """Sources after a step of their sizes and times, within the bounds of both."""

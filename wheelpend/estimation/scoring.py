@@ -46,30 +46,36 @@ def parameter_equations(
 
 
 def noise_equations(
-    problem: FilterProblem,
-    theta: np.ndarray,
-    sources: Sequence[Sources],
-    now: Sequence[np.ndarray],
-    held: Sequence[bool],
+    problem: FilterProblem, theta: np.ndarray, sources: Sequence[Sources], held: Sequence[bool]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Information and score in logarithms: of all sizes of each log, then of the correlation times that logs share.
 
-    The innovations of each log (samples, NY, 2) are ``now``. Both are zero for the sources that are held.
+    Both are zero for the sources that are held. With several Gaussian parts they come by differences.
     """
     count, logs = len(sources[0]), len(sources)
     information, score = np.zeros((count * (logs + 1),) * 2), np.zeros(count * (logs + 1))
+    free = np.flatnonzero(~np.array([*held, *held], dtype=bool))
+    if problem.parts > 1:
+        found = _noise_by_differences(problem, theta, sources, free)
+    else:
+        found = [(r.noise_information, r.noise_score) for r in problem.scored(theta, sources, free)]
+    for number, (own_information, own_score) in enumerate(found):
+        places = np.r_[number * count + np.arange(count), logs * count + np.arange(count)][free]
+        information[np.ix_(places, places)] += own_information
+        score[places] += own_score
+    return np.nan_to_num(information), np.nan_to_num(score)
+
+
+def _noise_by_differences(
+    problem: FilterProblem, theta: np.ndarray, sources: Sequence[Sources], free: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Information and score of each log in the logarithms of its sources' sizes and times that are free."""
+    count, now = len(sources[0]), problem.inside_innovations(theta, sources)
     changed = [
-        now
-        if held[k % count]
-        else problem.inside_innovations(theta, [_nudged(s, k % count, k >= count) for s in sources])
-        for k in range(2 * count)
+        problem.inside_innovations(theta, [_nudged(s, k % count, k >= count) for s in sources]) for k in free
     ]
-    for number, here in enumerate(now):
-        places = np.r_[number * count + np.arange(count), logs * count + np.arange(count)]
-        own = scoring(here, [c[number] for c in changed], np.full(2 * count, NOISE_STEP))
-        information[np.ix_(places, places)] += own[0]
-        score[places] += own[1]
-    return information, score
+    steps = np.full(len(free), NOISE_STEP)
+    return [scoring(here, [c[number] for c in changed], steps) for number, here in enumerate(now)]
 
 
 def _nudged(sources: Sources, number: int, in_time: bool) -> Sources:
