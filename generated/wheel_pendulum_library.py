@@ -1789,12 +1789,8 @@ def filter_error(
             step_count += 1
             early += ahead
             k += on_time
-        for a in range(n + 1):
-            for b in range(a):
-                gram[s, b, a] = gram[s, a, b]
-    for a in range(score.size):
-        for b in range(a):
-            information[b, a] = information[a, b]
+        _mirror(gram[s])
+    _mirror(information)
     return step_count
 
 
@@ -1984,6 +1980,14 @@ def _store_step(number, which, now, force, covariance, means, covariances):
     for j in range(force.size):
         means[number, which, NS + j] = force[j]
     covariances[number, which] = covariance
+
+
+@internal
+def _mirror(matrix):
+    """Put what stands below the diagonal above it."""
+    for a in range(matrix.shape[0]):
+        for b in range(a):
+            matrix[b, a] = matrix[a, b]
 
 
 @internal

@@ -115,7 +115,7 @@ class FilterProblem:
         return [self._run_log(k, theta, own, self.columns, 0)[0] for k, own in enumerate(sources)]
 
     def scored(self, theta: np.ndarray, sources: Sequence[Sources], chosen: np.ndarray) -> list[FilterRun]:
-        """Run the filters for score and information in the logarithms of the sources' sizes, then times, that are chosen.
+        """Run the filters for score and information in logarithms of the sources' sizes, then times, that are chosen.
 
         With one Gaussian part.
         """
@@ -152,7 +152,12 @@ class FilterProblem:
 
     @np.errstate(over="ignore", invalid="ignore")  # what runs away gives infinities, and is rejected
     def _run_log(
-        self, number: int, theta: np.ndarray, sources: Sources, columns: np.ndarray, steps: int,
+        self,
+        number: int,
+        theta: np.ndarray,
+        sources: Sources,
+        columns: np.ndarray,
+        steps: int,
         chosen: np.ndarray = NO_NOISE,
     ) -> tuple[FilterRun, FilterTrack]:
         """Run the filter along one log; its innovations are stored unless there are NO_STEPS, and so many steps."""

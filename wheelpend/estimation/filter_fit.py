@@ -1,8 +1,8 @@
 """Maximum likelihood by the filter-error method: parameters, and sizes and times of random sources, together.
 
 Parameters move by Gauss-Newton on the whitened innovations, the filter's gains held within a step; sizes and times, as
-logarithms, by Fisher scoring with derivatives by differences. Every step is judged by the likelihood itself; where none
-at held gains raises it, what the gains change is taken in, by differences too.
+logarithms, by Fisher scoring. Every step is judged by the likelihood itself; where none
+at held gains raises it, what the gains change is taken in, by differences.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Fisher scoring of a filter's likelihood, with all that its gains change, by differences.
+"""Fisher scoring of a filter's likelihood, with all that its gains change.
 
 The innovations of a filter are independent and Gaussian: their derivatives, and those of their variances, give score
-and information.
+and information. In sizes and times of random sources the kernel has both; in parameters, and where several Gaussian
+parts follow what sticks, they come by differences.
 Source: Åström, Maximum likelihood and prediction error methods, Automatica 16 (1980) 551.
 """
 
@@ -71,9 +72,7 @@ def _noise_by_differences(
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Information and score of each log in the logarithms of its sources' sizes and times that are free."""
     count, now = len(sources[0]), problem.inside_innovations(theta, sources)
-    changed = [
-        problem.inside_innovations(theta, [_nudged(s, k % count, k >= count) for s in sources]) for k in free
-    ]
+    changed = [problem.inside_innovations(theta, [_nudged(s, k % count, k >= count) for s in sources]) for k in free]
     steps = np.full(len(free), NOISE_STEP)
     return [scoring(here, [c[number] for c in changed], steps) for number, here in enumerate(now)]
 
