@@ -1616,8 +1616,8 @@ def _damped_step(gram, damping, normal, step):
 
 @compiled
 def filter_error(
-    t, voltage, measured, weight, bounds, states, spread, parameters, columns, forces, mixing, reads, noise, chosen_noise, max_step, parts,
-    gram, log_det, innovation, information, score, means, covariances, transitions, samples,
+    t, voltage, measured, weight, bounds, states, spread, parameters, columns, forces, mixing, reads, noise, max_step, parts,
+    gram, log_det, innovation, means, covariances, transitions, samples,
 ):  # fmt: skip
     """Run an extended Kalman filter and gather its whitened innovations as a least-squares problem.
 
@@ -1630,8 +1630,7 @@ def filter_error(
     gram (S, n + 1, n + 1) receives [J r]ᵀ[J r] of the whitened innovations and their derivatives in the n parameters of
     columns at the gains that the filter has; log_det (S,) the sums of log(variance · weight²). Where they are not
     empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], in these
-    ranges alone and NaN where nothing is read; information (k, k) and score (k,) those of the noise in the logarithms
-    of sizes of the sources (0 to m - 1) and of their times (m on) that are chosen_noise (k,), with one Gaussian part; means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions
+    ranges alone and NaN where nothing is read; means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions
     (E, NS + m, NS + m) and samples (E,) receive every step, predicted and then filtered.
     Returns the number of these steps.
     """
@@ -1647,10 +1646,6 @@ def filter_error(
     force, force_by, gain, crossed, by = np.zeros(m), np.zeros((m, n)), np.zeros(size), np.zeros(size), np.zeros(size)
     covariance, transition, product, added = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)), np.zeros((NS, NS))
     before, sens_before, lagging = np.zeros(NS), np.zeros((NS, n)), np.any(noise[:, 2] != 0.0)
-    beside = chosen_noise.size
-    by_noise, moved = np.zeros((size, (size + 1) * beside)), np.zeros((size, (size + 1) * beside))
-    shown, learnt, force_before = np.zeros((size + 1) * beside), np.zeros((2, beside)), np.zeros(m)
-    information[:], score[:] = 0.0, 0.0
     delay, sensor_delay, linearise = _input_delay(parameters), _sensor_delay(parameters), True
     parts = 1 if lagging else parts  # what lags is followed in one part
     count, (mixture, costs, rays) = 1, _empty_mixture(parts, size)
@@ -1670,8 +1665,6 @@ def filter_error(
             rubbing[:], count = 0.0, 1
             _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
             _start_filter(sens, spread, by_state, reads, noise, force, force_by, covariance, transition)
-            if beside > 0:
-                _start_score(noise, chosen_noise, by_noise)
             while early < bounds[last, 1] and t[early] - sensor_delay < now_t:
                 early += 1  # what delayed sensors read of the time before is not known to the filter
         while k < bounds[s, 1]:
@@ -1711,8 +1704,6 @@ def filter_error(
                     end = begin + length if length < until - begin else until
                     if lagging:
                         before[:], sens_before[:] = now, sens[:, first:]
-                    if beside > 0:
-                        force_before[:] = force
                     _hold_forces(sens, force, mixing, forces, rubbing, parameters)
                     for i in range(SURFACES):
                         dry[DIRECTION, i] = 0.0  # friction is one of the held forces
@@ -1731,8 +1722,6 @@ def filter_error(
                     _move_sources(length, sens, mixing, noise, force, force_by, transition)
                     if lagging:
                         _lag_sensors(length, before, sens_before, now, sens, by_state, reads, noise, force, force_by, transition)
-                    if beside > 0:
-                        _spread_score(length, noise, chosen_noise, force_before, force, transition, covariance, by_noise, moved)
                     _spread(noise, added, covariance, transition, product)
                     if surface < SURFACES:
                         _end_parts(count, noise, now, force, covariance, transition, mixture)
@@ -1774,8 +1763,6 @@ def filter_error(
                     root = _assimilate(error, 1.0 / weight[y] ** 2, by, row, now, sens, force, force_by, covariance, product, gain, crossed)
                     white, log_variance = error / root, 2.0 * math.log(root * weight[y])
                 log_det[s] += log_variance
-                if beside > 0:
-                    _learn_score(error, root, by, gain, by_noise, shown, learnt, information, score)
                 for c in range(n):
                     row[c] /= root
                 row[n] = white
@@ -1789,8 +1776,9 @@ def filter_error(
             step_count += 1
             early += ahead
             k += on_time
-        _mirror(gram[s])
-    _mirror(information)
+        for a in range(n + 1):
+            for b in range(a):
+                gram[s, b, a] = gram[s, a, b]
     return step_count
 
 
@@ -1980,109 +1968,6 @@ def _store_step(number, which, now, force, covariance, means, covariances):
     for j in range(force.size):
         means[number, which, NS + j] = force[j]
     covariances[number, which] = covariance
-
-
-@internal
-def _mirror(matrix):
-    """Put what stands below the diagonal above it."""
-    for a in range(matrix.shape[0]):
-        for b in range(a):
-            matrix[b, a] = matrix[a, b]
-
-
-@internal
-def _start_score(noise, chosen, by_noise):
-    """Start where the sources have their own rms, and everything else is as unknown whatever that is."""
-    by_noise[:] = 0.0
-    for a in range(chosen.size):
-        j = chosen[a]
-        if j < noise.shape[0]:
-            by_noise[NS + j, (NS + j) * chosen.size + a] = noise[j, 0] ** 2
-
-
-@inlined
-def _product(transition, width, factor, result):
-    """The transition times a matrix (variables, width or more), into another."""
-    for i in range(transition.shape[0]):
-        for x in range(width):
-            result[i, x] = 0.0
-        for k in range(transition.shape[0]):
-            along = transition[i, k]
-            if along != 0.0:
-                for x in range(width):
-                    result[i, x] += along * factor[k, x]
-
-
-@internal
-def _spread_score(elapsed, noise, chosen, before, force, transition, covariance, by_noise, moved):
-    """Take the derivatives over a step: its transition, the covariance and the sources' means before it, these after it."""
-    size, count, beside = covariance.shape[0], noise.shape[0], chosen.size
-    last = size * beside
-    _product(transition, last + beside, by_noise, moved)
-    for i in range(size):
-        for j in range(size):
-            for a in range(beside):
-                by_noise[j, i * beside + a] = moved[i, j * beside + a]
-    _product(transition, last, by_noise, moved)
-    for i in range(size):
-        for x in range(last):
-            by_noise[i, x] = moved[i, x]
-        for a in range(beside):
-            by_noise[i, last + a] = moved[i, last + a]
-    for a in range(beside):
-        j = chosen[a] % count
-        own, square = NS + j, noise[j, 0] ** 2
-        decay = transition[own, own]
-        if chosen[a] < count:
-            by_noise[own, own * beside + a] += square * (1.0 - decay**2)
-            continue
-        slower, share = decay * elapsed / noise[j, 1], noise[j, 1] * (1.0 - decay) / elapsed
-        later = (share - decay) / share if noise[j, 2] != 0.0 else 0.0  # of what a sensor's lag takes from the states
-        by_noise[own, own * beside + a] -= square * decay * slower
-        by_noise[own, last + a] += slower * before[j] + later * (force[j] - decay * before[j])
-        for v in range(size):
-            along = slower if v == own else later * transition[own, v]
-            if along != 0.0:
-                for b in range(size):
-                    for k in range(size):
-                        by_noise[own, b * beside + a] += along * covariance[v, k] * transition[b, k]
-
-
-@internal
-def _learn_score(error, root, by, gain, by_noise, shown, learnt, information, score):
-    """Take the derivatives over an update by a reading, and add what it tells to information (k, k) and score (k,).
-
-    error is that of the reading, root its standard deviation.
-    """
-    size, beside, variance, white = by.size, score.size, root * root, error / root
-    last = size * beside
-    for x in range(last + beside):
-        shown[x] = 0.0
-    for k in range(size):
-        if by[k] != 0.0:  # a reading shows few of the variables
-            for x in range(last + beside):
-                shown[x] += by[k] * by_noise[k, x]
-            for i in range(size):
-                for a in range(beside):
-                    shown[i * beside + a] += by[k] * by_noise[i, k * beside + a]
-    for a in range(beside):
-        learnt[0, a], learnt[1, a] = -shown[last + a], 0.0
-        for i in range(size):
-            learnt[1, a] += by[i] * shown[i * beside + a]
-    for i in range(size):
-        for a in range(beside):
-            sooner = (shown[i * beside + a] - gain[i] * learnt[1, a]) / variance
-            by_noise[i, last + a] += gain[i] * learnt[0, a] + sooner * error
-            shown[i * beside + a] -= 0.5 * gain[i] * learnt[1, a]
-    for i in range(size):
-        for x in range(last):
-            by_noise[i, x] -= gain[i] * shown[x]
-    for a in range(beside):
-        learnt[0, a] /= root
-        learnt[1, a] /= variance
-        score[a] -= white * learnt[0, a] + 0.5 * (1.0 - white * white) * learnt[1, a]
-        for b in range(a + 1):
-            information[a, b] += learnt[0, a] * learnt[0, b] + 0.5 * learnt[1, a] * learnt[1, b]
 
 
 @internal

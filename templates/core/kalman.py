@@ -196,11 +196,3 @@ def _store_step(number, which, now, force, covariance, means, covariances):
     for j in range(force.size):
         means[number, which, NS + j] = force[j]
     covariances[number, which] = covariance
-
-
-@internal
-def _mirror(matrix):
-    """Put what stands below the diagonal above it."""
-    for a in range(matrix.shape[0]):
-        for b in range(a):
-            matrix[b, a] = matrix[a, b]

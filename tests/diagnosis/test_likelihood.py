@@ -11,7 +11,7 @@ from scipy.special import erfc
 from wheelpend import Log, Model
 from wheelpend.diagnosis.likelihood import filter_response, one_round, relief, repeatability, search
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
-from wheelpend.diagnosis.likelihood.filtered_model import filtered_model, moved_to, possible_sources
+from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.held_out import (
     Prediction,
     bounded_p_value,
@@ -23,7 +23,7 @@ from wheelpend.diagnosis.likelihood.held_out import (
 )
 from wheelpend.diagnosis.likelihood.judgement import Judged, JudgedModel, judge
 from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
-from wheelpend.diagnosis.likelihood.refits import settled, with_own_sources
+from wheelpend.diagnosis.likelihood.refits import settled
 from wheelpend.diagnosis.likelihood.remaining import searched_remainder
 from wheelpend.diagnosis.likelihood.repeatability import (
     FORCE_KIND,
@@ -113,25 +113,6 @@ def test_dry_friction_beside_it_is_named_first_and_with_its_size():
     assert first.coefficients["torque"] == pytest.approx(DRY, abs=4.0 * first.sigma["torque"])
     assert first.sigma["torque"] < 0.1 * DRY
     assert first.held_out_gain > 20.0
-
-
-def test_a_refit_beside_the_wrong_sources_gets_those_that_the_machine_has():
-    found = filtered_with("coulomb_drive")
-    forces, errors = possible_sources(found.problem)
-    wrong = (forces[0].with_noise(1e-3, 1.0), errors[0].with_noise(50.0 * NOISE_M, 0.5))
-    astray = moved_to(found, found.estimator.fit(1.5 * found.point.theta, [wrong], fixed_noise=True))
-    again = with_own_sources(astray)
-    assert again.deviance < astray.deviance - 100.0
-    assert again.deviance == pytest.approx(found.deviance, abs=2.0)
-    assert [s.place for s in again.point.kinds] == [s.place for s in found.point.kinds]
-    assert again.log_values[0]["coulomb_drive.torque"] == pytest.approx(DRY, rel=0.1)
-
-
-def test_no_sources_are_searched_where_no_force_is_left_and_none_are_taken_that_are_less_likely():
-    found = filtered_with("coulomb_drive")
-    without = moved_to(found, found.estimator.point(found.point.theta, [()]))
-    assert with_own_sources(without) is without
-    assert with_own_sources(found).deviance <= found.deviance
 
 
 def test_an_effect_is_told_with_the_size_that_it_has_in_the_model_fitted_to_its_end(monkeypatch):

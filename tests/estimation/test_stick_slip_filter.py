@@ -15,7 +15,6 @@ from templates.core.mixture import _empty_mixture, _split_parts
 from templates.core.truncated import _piece, _shrunk
 from tests.support import X, simulated
 from wheelpend import Model
-from wheelpend.estimation.filter_error import NO_NOISE
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.kernels.load import free_force_module
 from wheelpend.logs.log import Log
@@ -108,8 +107,8 @@ def run_filter(module, log, time, values, names=(), parts=5):
     done = module.filter_error(
         log.t, log.voltage, log.measured, np.array([1 / NOISE]), np.array([[0, len(log)]]),
         np.array([[log.measured[0, 0], 0.0]]), np.array([NOISE, 1e-7]), kernel_parameters(module, values, log), columns,
-        forces, np.eye(1), np.zeros((1, 1)), np.array([[FORCE, time, 0.0]]), NO_NOISE, DT, parts, gram,
-        log_det, innovation, np.zeros((0, 0)), np.zeros(0), *track,
+        forces, np.eye(1), np.zeros((1, 1)), np.array([[FORCE, time, 0.0]]), DT, parts, gram, log_det,
+        innovation, *track,
     )  # fmt: skip
     innovations = innovation[1:, 0]
     deviance = np.sum(innovations[:, 0] ** 2 + innovations[:, 1]) + 2 * (len(log) - 1) * math.log(
@@ -259,8 +258,8 @@ def two_surfaces(parts):
         log.t, log.voltage, log.measured, 1.0 / ROBOT_SIGMA, np.array([[0, len(log)]]),
         np.array([[*log.measured[0, :2], 0.0, 0.0]]), np.full(4, 0.1),
         kernel_parameters(module, {**X, **friction}, log), columns, forces,
-        np.array([[1.0], [-1.0]]), np.zeros((3, 1)), np.array([[0.1, 0.1, 0.0]]), NO_NOISE, log.dt, parts, gram,
-        log_det, innovation, np.zeros((0, 0)), np.zeros(0), *track,
+        np.array([[1.0], [-1.0]]), np.zeros((3, 1)), np.array([[0.1, 0.1, 0.0]]), log.dt, parts, gram, log_det,
+        innovation, *track,
     )  # fmt: skip
     return gram[0, -1, -1] + log_det[0], np.linalg.eigvalsh(track[1][:done]).min(), innovation
 

@@ -166,9 +166,8 @@ def test_the_observer_is_the_filter_of_identify(effects):
     whole.filter_error(
         t, voltage, measured, 1.0 / exported.readings_sigma, np.array([[0, count]]), np.zeros((1, 4)), exported.spread,
         exported.parameters.copy(), np.zeros(0, np.int64), exported.forces, exported.mixing, exported.reads,
-        exported.noise, np.zeros(0, np.int64), exported.max_step, 1, np.zeros((1, 1, 1)), np.zeros(1), innovation,
-        np.zeros((0, 0)), np.zeros(0), means, covariances, np.zeros((3 * count, size, size)),
-        np.zeros(3 * count, np.int64),
+        exported.noise, exported.max_step, 1, np.zeros((1, 1, 1)), np.zeros(1), innovation, means, covariances,
+        np.zeros((3 * count, size, size)), np.zeros(3 * count, np.int64),
     )  # fmt: skip
     count_sources, none = len(exported.sources), np.zeros(0, np.int64)
     parameters, now, commands = exported.parameters.copy(), np.zeros(exported.size), np.zeros(exported.commands)

@@ -25,7 +25,6 @@ from wheelpend.estimation.states import initial_states
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
-NO_NOISE = np.zeros(0, dtype=np.int64)  # is differentiated
 NO_STEPS = -1  # of a filter are stored, nor its innovations
 START_SPREAD_RANGES = 10.0  # ranges of a state within a log, its standard deviation where the filter starts: unknown
 INTERNAL_SPREAD_RAD = 1.0  # the same of what moves inside the machine: where it may swing, a wider one is not linear
@@ -54,8 +53,6 @@ class FilterRun(NamedTuple):
     gram: np.ndarray  # (segments, columns + 1, columns + 1) of derivatives and, last, innovations
     log_det: np.ndarray  # (segments,) sums of the logarithms of their variances [σ²]
     innovation: np.ndarray  # (samples inside, NY, 2) whitened, and logarithms of the variances [σ²]; NaN where none is
-    noise_information: np.ndarray  # (chosen, chosen) in logarithms of sources' sizes and times
-    noise_score: np.ndarray  # (chosen,)
 
     @property
     def deviance(self) -> np.ndarray:
@@ -114,14 +111,6 @@ class FilterProblem:
         """Run the filters with each log's random sources, and linearise their innovations, in the segments, in θ."""
         return [self._run_log(k, theta, own, self.columns, 0)[0] for k, own in enumerate(sources)]
 
-    def scored(self, theta: np.ndarray, sources: Sequence[Sources], chosen: np.ndarray) -> list[FilterRun]:
-        """Run the filters for score and information in logarithms of the sources' sizes, then times, that are chosen.
-
-        With one Gaussian part.
-        """
-        none = self.columns[:0]
-        return [self._run_log(k, theta, own, none, NO_STEPS, chosen)[0] for k, own in enumerate(sources)]
-
     def inside_innovations(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[np.ndarray]:
         """The innovations of each log (samples, NY, 2) in its segments, as run has them."""
         return [self._run_log(k, theta, own, self.columns[:0], 0)[0].innovation for k, own in enumerate(sources)]
@@ -152,23 +141,14 @@ class FilterProblem:
 
     @np.errstate(over="ignore", invalid="ignore")  # what runs away gives infinities, and is rejected
     def _run_log(
-        self,
-        number: int,
-        theta: np.ndarray,
-        sources: Sources,
-        columns: np.ndarray,
-        steps: int,
-        chosen: np.ndarray = NO_NOISE,
+        self, number: int, theta: np.ndarray, sources: Sources, columns: np.ndarray, steps: int
     ) -> tuple[FilterRun, FilterTrack]:
         """Run the filter along one log; its innovations are stored unless there are NO_STEPS, and so many steps."""
         module, segments = self.module, self.segments[number]
         log, parts, size = segments.log, len(segments.bounds), len(self.spreads[number]) + len(sources)
         inside = self._inside[number] if steps != NO_STEPS else np.zeros(0, dtype=np.int64)
         innovation = np.empty((len(log) if len(inside) else 0, module.NY, 2))  # of which most may never be touched
-        run = FilterRun(
-            np.zeros((parts, columns.size + 1, columns.size + 1)), np.zeros(parts), innovation,
-            np.zeros((chosen.size, chosen.size)), np.zeros(chosen.size),
-        )  # fmt: skip
+        run = FilterRun(np.zeros((parts, columns.size + 1, columns.size + 1)), np.zeros(parts), innovation)
         track = FilterTrack.empty(max(steps, 0), size)
         parameters = kernel_parameters(module, self.space.values_of_log(theta, number), log)
         try:
@@ -176,8 +156,8 @@ class FilterProblem:
                 log.t, log.voltage, log.measured, 1.0 / segments.sigma, segments.bounds, self.starts[number],
                 self.spreads[number], parameters, columns, self.force_columns,
                 mixing_matrix([s.rows for s in sources], module.NQ),
-                mixing_matrix([s.readings for s in sources], module.NY), noise_array(sources), chosen,
-                self.max_step, self.parts, *run, *track,
+                mixing_matrix([s.readings for s in sources], module.NY), noise_array(sources), self.max_step,
+                self.parts, *run, *track,
             )  # fmt: skip
         except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
             run.gram[:], innovation[inside], done = np.nan, np.nan, 0

@@ -1,8 +1,8 @@
 """Maximum likelihood by the filter-error method: parameters, and sizes and times of random sources, together.
 
 Parameters move by Gauss-Newton on the whitened innovations, the filter's gains held within a step; sizes and times, as
-logarithms, by Fisher scoring. Every step is judged by the likelihood itself; where none
-at held gains raises it, what the gains change is taken in, by differences.
+logarithms, by Fisher scoring with derivatives by differences. Every step is judged by the likelihood itself; where none
+at held gains raises it, what the gains change is taken in, by differences too.
 """
 
 from __future__ import annotations
@@ -191,8 +191,8 @@ class FilterEstimator:
         return Gradient(parameters, *(noise or self._noise_equations(point, free_noise, effort)))
 
     def _noise_equations(self, point: FilterPoint, free_noise: bool, effort: Effort) -> tuple[np.ndarray, np.ndarray]:
-        held = [effort.holds_sensors and not s.is_force for s in point.kinds]
-        return noise_equations(self.problem, point.theta, point.sources, held) if free_noise else NO_NOISE
+        held, now = [effort.holds_sensors and not s.is_force for s in point.kinds], [r.innovation for r in point.runs]
+        return noise_equations(self.problem, point.theta, point.sources, now, held) if free_noise else NO_NOISE
 
     def _moved_noise(self, sources: tuple[Sources, ...], gradient: Gradient, damping: float) -> tuple[Sources, ...]:
         """Sources after a step of their sizes and times, within the bounds of both."""

@@ -1,8 +1,7 @@
-"""Fisher scoring of a filter's likelihood, with all that its gains change.
+"""Fisher scoring of a filter's likelihood, with all that its gains change, by differences.
 
 The innovations of a filter are independent and Gaussian: their derivatives, and those of their variances, give score
-and information. In sizes and times of random sources the kernel has both; in parameters, and where several Gaussian
-parts follow what sticks, they come by differences.
+and information.
 Source: Åström, Maximum likelihood and prediction error methods, Automatica 16 (1980) 551.
 """
 
@@ -47,34 +46,30 @@ def parameter_equations(
 
 
 def noise_equations(
-    problem: FilterProblem, theta: np.ndarray, sources: Sequence[Sources], held: Sequence[bool]
+    problem: FilterProblem,
+    theta: np.ndarray,
+    sources: Sequence[Sources],
+    now: Sequence[np.ndarray],
+    held: Sequence[bool],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Information and score in logarithms: of all sizes of each log, then of the correlation times that logs share.
 
-    Both are zero for the sources that are held. With several Gaussian parts they come by differences.
+    The innovations of each log (samples, NY, 2) are ``now``. Both are zero for the sources that are held.
     """
     count, logs = len(sources[0]), len(sources)
     information, score = np.zeros((count * (logs + 1),) * 2), np.zeros(count * (logs + 1))
-    free = np.flatnonzero(~np.array([*held, *held], dtype=bool))
-    if problem.parts > 1:
-        found = _noise_by_differences(problem, theta, sources, free)
-    else:
-        found = [(r.noise_information, r.noise_score) for r in problem.scored(theta, sources, free)]
-    for number, (own_information, own_score) in enumerate(found):
-        places = np.r_[number * count + np.arange(count), logs * count + np.arange(count)][free]
-        information[np.ix_(places, places)] += own_information
-        score[places] += own_score
-    return np.nan_to_num(information), np.nan_to_num(score)
-
-
-def _noise_by_differences(
-    problem: FilterProblem, theta: np.ndarray, sources: Sequence[Sources], free: np.ndarray
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Information and score of each log in the logarithms of its sources' sizes and times that are free."""
-    count, now = len(sources[0]), problem.inside_innovations(theta, sources)
-    changed = [problem.inside_innovations(theta, [_nudged(s, k % count, k >= count) for s in sources]) for k in free]
-    steps = np.full(len(free), NOISE_STEP)
-    return [scoring(here, [c[number] for c in changed], steps) for number, here in enumerate(now)]
+    changed = [
+        now
+        if held[k % count]
+        else problem.inside_innovations(theta, [_nudged(s, k % count, k >= count) for s in sources])
+        for k in range(2 * count)
+    ]
+    for number, here in enumerate(now):
+        places = np.r_[number * count + np.arange(count), logs * count + np.arange(count)]
+        own = scoring(here, [c[number] for c in changed], np.full(2 * count, NOISE_STEP))
+        information[np.ix_(places, places)] += own[0]
+        score[places] += own[1]
+    return information, score
 
 
 def _nudged(sources: Sources, number: int, in_time: bool) -> Sources:

@@ -89,7 +89,7 @@ def call_filter(module: KernelModule, a: KernelArguments) -> None:
     module.filter_error(
         a.t, a.voltage, a.measured, np.ones(module.NY), np.array([[0, SAMPLES]]), a.states[:1], np.ones(size - 1),
         a.parameters, a.columns, forces, np.eye(module.NQ)[:, :1].copy(), np.zeros((module.NY, 1)),
-        np.array([[1.0, 0.1, 0.0]]), np.arange(2), MAX_STEP_S, 1, np.zeros((1, 2, 2)), np.zeros(1),
-        np.zeros((SAMPLES, module.NY, 2)), np.zeros((2, 2)), np.zeros(2), np.zeros((steps, 2, size)),
-        np.zeros((steps, 2, size, size)), np.zeros((steps, size, size)), np.zeros(steps, dtype=np.int64),
+        np.array([[1.0, 0.1, 0.0]]), MAX_STEP_S, 1, np.zeros((1, 2, 2)), np.zeros(1), np.zeros((SAMPLES, module.NY, 2)),
+        np.zeros((steps, 2, size)), np.zeros((steps, 2, size, size)), np.zeros((steps, size, size)),
+        np.zeros(steps, dtype=np.int64),
     )  # fmt: skip

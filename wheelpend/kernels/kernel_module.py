@@ -118,16 +118,15 @@ class SimulationKernels(Protocol):
 
     filter_error: Callable[
         [
-            Times, Inputs, Readings, Array, Bounds, States, Array, Vector, Indices, Indices, Array, Array, Array,
-            Indices, float, int, Array, Array, Array, Array, Array, Array, Array, Array, Array,
+            Times, Inputs, Readings, Array, Bounds, States, Array, Vector, Indices, Indices, Array, Array, Array, float,
+            int, Array, Array, Array, Array, Array, Array, Array,
         ],
         int,
     ]  # fmt: skip
     """t, voltage, measured, weight (NY,), bounds, states (S, NX), spread (NS,), parameters, columns (k,), forces
-    (rows,), mixing (rows, m), reads (NY, m), noise (m, 3), chosen_noise (c,), max_step, parts; written:
-    gram (S, k + 1, k + 1), log_det (S,), innovation (N or 0, NY, 2), information (c, c), score (c,), means
-    (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions (E, NS + m, NS + m), samples (E,) → number of
-    steps"""
+    (rows,), mixing (rows, m), reads (NY, m), noise (m, 3), max_step, parts; written: gram (S, k + 1, k + 1),
+    log_det (S,), innovation (N or 0, NY, 2), means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions
+    (E, NS + m, NS + m), samples (E,) → number of steps"""
 
     fit_initial_states: Callable[[Times, Inputs, Readings, Array, Bounds, States, Vector, float, int, bool], None]
     """t, voltage, measured, weight (NY,), bounds, states (S, NX), which are fitted one after the other, parameters,

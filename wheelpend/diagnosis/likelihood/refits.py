@@ -22,7 +22,6 @@ from wheelpend.diagnosis.likelihood.filtered_model import (
     LogValues,
     estimator_of,
     moved_to,
-    possible_sources,
 )
 from wheelpend.diagnosis.refit import clip_to_bounds, replace_contained
 from wheelpend.diagnosis.score_test import EffectSize
@@ -30,7 +29,7 @@ from wheelpend.estimation.filter_fit import Effort, FilterEstimator
 from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
 from wheelpend.estimation.random_source import Sources, with_forces
-from wheelpend.estimation.source_search import SOURCES_ALONE, likeliest_from, without_needless
+from wheelpend.estimation.source_search import SOURCES_ALONE, without_needless
 
 FORCE_STARTS = ((1.0, 1.0), (0.3, 0.1))  # share of the found force's size and time, from which refits start
 ANEW_FORCE_SHARE = 0.03  # of the drive: a random force, at most, with which a fit begins from what is known
@@ -116,23 +115,6 @@ def refitted(model: FilteredModel) -> FilteredModel:
     found = _likeliest_refit(model, [model.log_values])
     other = found and refined(found)
     return other if other is not None and other.deviance < model.deviance else model
-
-
-def with_own_sources(model: FilteredModel) -> FilteredModel:
-    """A refitted model, or the likelier one for which random sources were searched anew, as for the model without it.
-
-    What a model needs that lacks a large effect says little of what is left with it: forces of other rows, other
-    errors of sensors. Of long logs on a part.
-    """
-    if not any(s.is_force for s in model.point.kinds):
-        return model
-    known, effect = _without_own(model.problem.unfitted_start), derive.effects.find(model.problem.model.effects[-1])
-    anew = [{**v, **known, **{n: v[n] for n in effect.full_names}} for v in model.log_values]
-    (estimator,) = _ranking_estimators(model.problem, [anew])
-    starts = [estimator.problem.space.start(), model.point.theta]
-    found = likeliest_from(estimator, starts, *possible_sources(model.problem))
-    other = refined(FilteredModel(model.problem, estimator, found))
-    return other if other.deviance < model.deviance else model
 
 
 def settled(model: FilteredModel) -> FilteredModel:

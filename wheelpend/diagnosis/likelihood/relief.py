@@ -17,7 +17,6 @@ from wheelpend.diagnosis.likelihood.refits import (
     on_ranking_part,
     refined,
     with_effect,
-    with_own_sources,
     without_effect,
 )
 from wheelpend.diagnosis.likelihood.whitened_scores import (
@@ -31,7 +30,6 @@ from wheelpend.estimation.validation import validation_residuals
 from wheelpend.parallel import KernelPool
 
 MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
-MAX_SEARCHED = 3  # of them, for which random sources are searched anew
 MAX_RELIEFS, MIN_RELIEF = 2, 10.0  # times that a model is led out of a minimum, and fall of −2 log-likelihood by that
 
 Progress = Callable[[str], None]
@@ -91,10 +89,7 @@ def _refits(model: FilteredModel, progress: Progress, only: str) -> dict[str, Fi
         goal = begun[MAX_JUDGED - 1].deviance if len(begun) >= MAX_JUDGED else np.inf
         found = [f for f in pool.map(lambda refit: refit.ended(goal), begun) if f is not None]
         leading = _leading(model, sorted(found, key=lambda f: f.deviance))
-        whole = sorted(pool.map(refined, leading), key=lambda f: f.deviance)
-        progress("looking for the random forces that the likeliest leave")
-        own = pool.map(with_own_sources, whole[:MAX_SEARCHED])
-        return {_added_effect(f).name: f for f in (*own, *whole[MAX_SEARCHED:])}
+        return {_added_effect(f).name: f for f in pool.map(refined, leading)}
 
 
 def _leading(model: FilteredModel, found: Sequence[FilteredModel]) -> list[FilteredModel]:
