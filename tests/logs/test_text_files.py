@@ -5,7 +5,7 @@ import pytest
 
 from wheelpend.errors import Failure
 from wheelpend.logs.columns import ColumnMap
-from wheelpend.logs.csv_text import csv_layout
+from wheelpend.logs.csv_text import csv_layout, is_unit, plain_unit
 from wheelpend.logs.read import load_log
 
 NAMES = ["t", "v_in", "theta_w", "theta_p", "dtheta_p"]
@@ -108,6 +108,47 @@ def test_a_row_of_units_converts_what_is_in_other_units(tmp_path):
     remarks = [f"{c} is in {u} by the file's row of units, and is converted to {o}."
                for c, u, o in (("t", "ms", "s"), ("v_in", "mV", "V"), ("theta_p", "deg", "rad"))]  # fmt: skip
     assert_same(log, (*remarks, "dtheta_p is in 'foo' by the file's row of units; it is read as rad/s."))
+
+
+@pytest.mark.parametrize(
+    ("written", "unit"),
+    [("degrees/second", "deg/s"), ("deg per sec", "deg/s"), ("Radians", "rad"), ("(milliseconds)", "ms"),
+     ("Volts", "V"), ("meters/s", "m/s"), ("rad/s", "rad/s"), ("m/s^2", "m/s^2"),
+     ("cm", "cm"), ("s", "s"), ("ms", "ms"), ("-", "")],
+)  # fmt: skip
+def test_units_may_be_written_out(written, unit):
+    assert is_unit(written) and plain_unit(written) == unit
+
+
+@pytest.mark.parametrize("name", ["speed", "mass", "theta_w", "position", "amps_left", "seconds left", "pos", "class"])
+def test_names_are_no_units(name):
+    assert not is_unit(name)
+
+
+def test_a_row_of_units_in_words_converts_too(tmp_path):
+    scaled = values() * [1e3, 1.0, 1.0, 180 / np.pi, 1.0]
+    rows = [",".join(f"{v:.12g}" for v in row) for row in scaled]
+    log = read(tmp_path, "\n".join([",".join(NAMES), "milliseconds,Volts,radians,Degrees,rad/s", *rows]))
+    remarks = [f"{c} is in {u} by the file's row of units, and is converted to {o}."
+               for c, u, o in (("t", "ms", "s"), ("theta_p", "deg", "rad"))]  # fmt: skip
+    assert_same(log, tuple(remarks))
+
+
+@pytest.mark.parametrize(("between", "rows"), [("  ", "\t"), (",", "\t"), ("\t", ","), (";", ",")])
+def test_a_header_may_be_separated_otherwise_than_the_rows(tmp_path, between, rows):
+    assert_same(read(tmp_path, "\n".join([between.join(NAMES), *text(rows, header=False).splitlines()])))
+
+
+def test_a_row_of_units_may_be_separated_as_its_header(tmp_path):
+    lines = ["Logger v1.2", " ".join(NAMES), "s V rad rad rad/s", *text("\t", header=False).splitlines()]
+    assert_same(read(tmp_path, "\n".join(lines)))
+
+
+@pytest.mark.parametrize("above", ["Logger v1.2", "a log of my robot, in May", "1 2 3 4 5", "t"])
+def test_what_stands_above_rows_without_a_header_is_none(tmp_path, above):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([above, *text("\t", header=False).splitlines()]))
+    assert csv_layout(path).names == [f"column {k}" for k in range(1, 6)]
 
 
 def test_a_unit_in_the_model_goes_before_the_row_of_units(tmp_path):

@@ -19,8 +19,14 @@ SEPARATORS = (";", "\t", ",", WHITESPACE)  # the first of those that fit equally
 DECIMAL_COMMA_PATTERN = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 BRACKETED_PATTERN = re.compile(r"\[.*\]|\(.*\)")
 UNIT_SPELLINGS = {"°": "deg", "°/s": "deg/s", "dps": "deg/s", "Nm": "N m", "N·m": "N m", "µs": "us", "µm": "um"}
+WRITTEN_OUT = {  # words of a unit, in plural too
+    "second": "s", "sec": "s", "millisecond": "ms", "msec": "ms", "microsecond": "us", "usec": "us", "radian": "rad",
+    "degree": "deg", "revolution": "rev", "meter": "m", "metre": "m", "centimeter": "cm", "centimetre": "cm",
+    "millimeter": "mm", "millimetre": "mm", "volt": "V", "millivolt": "mV", "amp": "A", "ampere": "A",
+    "milliamp": "mA", "newton": "N",
+}  # fmt: skip
 UNIT_WORDS = re.compile(
-    r"(rad|deg|°|rev|rpm|dps|[mµun]?s|[mµuk]?m|m?V|m?A|[mk]?N( ?·?m)?|-|1|%|count|counts|raw)(/s²?|/s\^2)?"
+    r"(rad|deg|°|rev|rpm|dps|[mµun]?s|[cmµuk]?m|m?V|m?A|[mk]?N( ?·?m)?|-|1|%|count|counts|raw)(/s²?|/s\^2)?"
 )
 
 
@@ -69,7 +75,11 @@ def csv_layout(path: Path) -> CsvLayout:
     separator = find_separator([line for _, line in texts])
     table = [Line(k, split_cells(line, separator)) for k, line in texts]
     titles, first = find_titles(table)
-    header = titles[0].cells if titles else header_in_comment(lines, table[first : first + 1], separator)
+    rows = table[first : first + 1]
+    commented = [] if titles else header_in_comment(lines, rows, separator)
+    if not titles and not commented:
+        titles = otherwise_separated(texts[:first], rows)
+    header = titles[0].cells if titles else commented
     width = len(table[first].cells) if first < len(table) else 0
     names = [name or f"column {k}" for k, name in enumerate(header or [""] * width, 1)]
     units = dict(zip(names, map(plain_unit, titles[1].cells), strict=False)) if len(titles) > 1 else {}
@@ -195,14 +205,37 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
     return found.cells if len(found.cells) == len(first_row[0].cells) and is_title(found, 1) else []
 
 
+def otherwise_separated(above: Sequence[tuple[int, str]], first_row: Sequence[Line]) -> list[Line]:
+    """The header right above the first row, and a row of units, where another separator makes as many cells of them.
+
+    As of a program that writes names between blanks, and numbers between tabs; nothing where there are no such lines.
+    """
+    width = len(first_row[0].cells) if first_row else 0
+    found: list[Line] = []
+    for number, text in above[-2:]:
+        cells = (split_cells(text, separator) for separator in SEPARATORS)
+        fitting = (Line(number, own) for own in cells if len(own) == width > 1)
+        line = next((one for one in fitting if is_title(one, width)), None)
+        found = [] if line is None else [*found, line]
+    has_units = len(found) == 2 and all(map(is_unit, found[1].cells))
+    return found if has_units else found[-1:]
+
+
 def is_unit(cell: str) -> bool:
     """True of what may stand in a row of units: a unit, something in brackets, nothing."""
-    return not cell or bool(BRACKETED_PATTERN.fullmatch(cell) or UNIT_WORDS.fullmatch(cell))
+    return not cell or bool(BRACKETED_PATTERN.fullmatch(cell) or UNIT_WORDS.fullmatch(as_symbols(cell)))
+
+
+def as_symbols(unit: str) -> str:
+    """A unit with symbols in place of words: deg/s for degrees/second."""
+    parts = re.split(r"( per |/|[²^]2?)", unit)
+    symbols = (WRITTEN_OUT.get(word.strip().lower().removesuffix("s"), word) for word in parts)
+    return "".join(symbols).replace(" per ", "/")
 
 
 def plain_unit(cell: str) -> str:
     """A unit without brackets, in our spelling; nothing for a plain number."""
-    unit = (cell[1:-1] if BRACKETED_PATTERN.fullmatch(cell) else cell).strip()
+    unit = as_symbols((cell[1:-1] if BRACKETED_PATTERN.fullmatch(cell) else cell).strip())
     return UNIT_SPELLINGS.get(unit, "" if unit in ("-", "1") else unit)
 
 
