@@ -10,7 +10,9 @@ from tests.raw_logs import fast_motor, two_wheels, write_csv
 from wheelpend import Model
 from wheelpend.errors import Failure
 from wheelpend.inspection.first_look import first_look
+from wheelpend.inspection.gravity import carried_weight_misfit
 from wheelpend.inspection.inspect import inspect_file
+from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import right_sides, survey_file
 from wheelpend.logs.read import save_log
 
@@ -83,6 +85,15 @@ def test_counts_are_no_degrees_however_fast_they_come(tmp_path):
     counts = columns | {"angle": np.round(columns["angle"] * 4096 / 360)}
     found = first_look(write_csv(tmp_path / "counts.csv", counts), "pendulum")
     assert "put your encoder's counts per turn" in next(r for r in found.model.splitlines() if r.startswith("theta_1"))
+
+
+@pytest.mark.parametrize("unit", [1.0, DEGREES_PER_RADIAN])
+def test_what_is_left_of_a_constant_input_is_rounding_and_tells_nothing_of_gravity(tmp_path, unit):
+    columns = fast_motor()
+    for pwm, told in ((columns["pwm"], False), (columns["pwm"] + 0.5 * np.sin(columns["t"] * 40.0), True)):
+        look = survey_file(write_csv(tmp_path / "motor.csv", columns | {"pwm": pwm}))
+        share = carried_weight_misfit(look.signals, "angle", "pwm", unit)
+        assert (share < 1.0) is told and 0.0 < share <= 1.0
 
 
 def test_a_shaft_in_degrees_along_a_slide_is_made_continuous_too(tmp_path):

@@ -10,6 +10,7 @@ import numpy as np
 from wheelpend.inspection.signals import Signals
 
 MIN_GRAVITY_GAIN = 1.3  # times less of an acceleration left by gravity, from which on it pulls the position back
+MAX_ROUNDING_SHARE = 1e-6  # of an input, rms, below which what is left of it is that of its digits
 MIN_SWING_RAD = 0.5  # below which a spring would do as well
 MIN_POLE_SWING_RAD = 0.2  # of a pole, the cart's acceleration known
 MAX_POLE_ZERO_RAD = 0.5  # of what a pole reads as it hangs, to be measured from there
@@ -79,7 +80,8 @@ def gravity_fit(
 def carried_weight_misfit(signals: Signals, place: str, input: str, unit: float) -> float:
     """Share of an input that inertia, friction and gravity leave, in a unit, over what they leave without gravity.
 
-    Where an angle hardly accelerates, an arm that is moved slowly, what carries its weight tells of gravity.
+    Where an angle hardly accelerates, an arm that is moved slowly, what carries its weight tells of gravity. All of it
+    where hardly more than rounding is left without: of a constant input, say.
     """
     rows = signals.rows
     angle, speed, bend = (signals.smooth(place, k)[rows] / unit for k in range(3))
@@ -87,7 +89,8 @@ def carried_weight_misfit(signals: Signals, place: str, input: str, unit: float)
     pull = [np.sin(angle), np.cos(angle)]
     pushed = signals.smooth(input)[rows]
     without, pulled = (residual_power(np.column_stack(columns), pushed)[0] for columns in (moved, [*moved, *pull]))
-    return pulled / (without + 1e-300)
+    rounding = MAX_ROUNDING_SHARE**2 * float(np.sum(pushed**2))
+    return pulled / without if without > rounding else 1.0
 
 
 def residual_power(matrix: np.ndarray, target: np.ndarray) -> tuple[float, np.ndarray]:
