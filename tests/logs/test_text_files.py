@@ -113,7 +113,7 @@ def test_a_row_of_units_converts_what_is_in_other_units(tmp_path):
 @pytest.mark.parametrize(
     ("written", "unit"),
     [("degrees/second", "deg/s"), ("deg per sec", "deg/s"), ("Radians", "rad"), ("(milliseconds)", "ms"),
-     ("Volts", "V"), ("meters/s", "m/s"), ("rad/s", "rad/s"), ("m/s^2", "m/s^2"),
+     ("Volts", "V"), ("meters/s", "m/s"), ("rad/s", "rad/s"), ("m/s^2", "m/s^2"), ("meters/second²", "m/s²"),
      ("cm", "cm"), ("s", "s"), ("ms", "ms"), ("-", "")],
 )  # fmt: skip
 def test_units_may_be_written_out(written, unit):

@@ -77,8 +77,7 @@ def csv_layout(path: Path) -> CsvLayout:
     titles, first = find_titles(table)
     rows = table[first : first + 1]
     commented = [] if titles else header_in_comment(lines, rows, separator)
-    if not titles and not commented:
-        titles = otherwise_separated(texts[:first], rows)
+    titles = titles or ([] if commented else otherwise_separated(texts[:first], rows))
     header = titles[0].cells if titles else commented
     width = len(table[first].cells) if first < len(table) else 0
     names = [name or f"column {k}" for k, name in enumerate(header or [""] * width, 1)]
@@ -228,7 +227,7 @@ def is_unit(cell: str) -> bool:
 
 def as_symbols(unit: str) -> str:
     """A unit with symbols in place of words: deg/s for degrees/second."""
-    parts = re.split(r"( per |/|[²^]2?)", unit)
+    parts = re.split(r"( per |/|²|\^2)", unit)
     symbols = (WRITTEN_OUT.get(word.strip().lower().removesuffix("s"), word) for word in parts)
     return "".join(symbols).replace(" per ", "/")
 
