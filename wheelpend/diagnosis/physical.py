@@ -36,16 +36,14 @@ def is_determined(effect: Effect, found: EffectEstimate) -> bool:
 def is_within_its_friction(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:
     """True but of a difference between directions larger than the friction that differs, up to two standard errors.
 
-    One way it would drive the machine, but for other frictions. Not judged where the plant's own parameters or another
-    effect of the model contain that friction: they contain more than it; nor of dry friction, of which a constant
-    torque is the difference.
+    One way it would drive the machine, but for other frictions. Not judged where the plant's own parameters
+    contain that friction: they contain more than it; nor of dry friction, of which a constant torque is the difference.
     """
     if not effect.varies or isinstance(effect.enters, DryForce):
         return True
     (size,), (friction,) = effect.full_names, derive.effects.find(effect.varies).full_names
     module = problem.module
-    contained = any(effect.varies in module.CONTAINS.get(e, {}) for e in problem.model.effects)
-    if friction in module.ABSORBED or contained:
+    if friction in module.ABSORBED:
         return True
     free = (n for n in (size, friction) if n in fitted.names)
     slack = MAX_STANDARD_ERRORS * sum(conservative_standard_error(fitted, n) for n in free)

@@ -4,6 +4,7 @@ In: a model and its logs. Out: `Fit`, with covariances, and the error on validat
 values make the measurements likeliest, and how well do they predict what the fit has not seen?
 
     data, segments          logs read, their noise estimated, cut into estimation and validation segments
+    held_out_motion         what is held out and hardly judges what is fitted
     restrictions            values and bounds of single parameters that a user gives
     problem                 the estimation problem: model, kernels, segments; which effects can be tested on it
     criteria                error thresholds that decide how a fit is taken

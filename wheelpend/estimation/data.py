@@ -14,6 +14,7 @@ from derive.plant_signature import PlantWords
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.free_parameters import event_time_names, known_values
+from wheelpend.estimation.held_out_motion import held_out_motion_warnings
 from wheelpend.estimation.problem import EstimationProblem, carries_over, why_not_testable
 from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
@@ -105,7 +106,8 @@ def prepare(
     if any(derive.effects.find(e).event for e in model.effects):
         problem = with_interleaved_validation(problem, _known_event_times(model))
     else:
-        problem = replace(problem, warnings=(*problem.warnings, *_stillness_warnings(split.validation, words)))
+        said = [*_stillness_warnings(split.validation, words), *_motion_warnings(split, model)]
+        problem = replace(problem, warnings=(*problem.warnings, *said))
     return replace(problem, carries=carries_over(module, model.effects))
 
 
@@ -205,6 +207,16 @@ def _stillness_warnings(validation: Sequence[ValidationData], words: PlantWords)
         f"what is held out begins at t = {log.t[begin]:.3g} s, while it moves."
         for log, begin in ends
         if begin < _last_third(log)
+    ]
+
+
+def _motion_warnings(split: DataSplit, model: Model) -> list[str]:
+    """Warnings on each log of which a part is held out that hardly judges what is fitted to the rest."""
+    return [
+        warning
+        for v in split.validation
+        if v.estimation_log is not None
+        for warning in held_out_motion_warnings(split.estimation[v.estimation_log], v.part, model.table)
     ]
 
 

@@ -1,0 +1,55 @@
+"""Held-out motion by which what was fitted can hardly be judged: in another direction, or at one speed alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheelpend.estimation.segments import Segments
+from wheelpend.logs.columns import ColumnTable
+
+SPEED_TIME_S = 0.1  # over which a speed is a mean: a ringing is no direction
+MOVING_SHARE = 0.1  # of the largest speed: below it a machine hardly moves, or moves alike
+UNSEEN_SHARE = 0.01  # of the fitted motion, up to which a direction is not in it
+HOLDOUT_ADVICE = "Hold out another log (--holdout), or a stretch in which the machine does more (wheelpend split)."
+
+
+def held_out_motion_warnings(fitted: Segments, held_out: Segments, table: ColumnTable) -> list[str]:
+    """Warnings on the places of a log that the held-out motion runs otherwise than the fitted one, or at one speed."""
+    said = []
+    for place in table.places:
+        before, after = (mean_speeds(part, place) for part in (fitted, held_out))
+        if runs_the_other_way(before, after):
+            said.append(
+                f"{held_out.log.name}: all that is fitted of {place} runs one way, and most of what is held out the "
+                f"other. What depends on the direction, or is a constant, shows only there. {HOLDOUT_ADVICE}"
+            )
+        elif runs_at_one_speed(before, after):
+            said.append(
+                f"{held_out.log.name}: what is held out of {place} runs at one speed, where friction, back-EMF and a "
+                f"constant are alike and inertia does not show. {HOLDOUT_ADVICE}"
+            )
+    return said
+
+
+def runs_the_other_way(before: np.ndarray, after: np.ndarray) -> bool:
+    """True of speeds (n,) and (m,) of which those after have mostly a direction that hardly any before have."""
+    least = MOVING_SHARE * max(np.max(np.abs(before), initial=0.0), np.max(np.abs(after), initial=0.0))
+    fitted, held_out = ([np.count_nonzero(sign * v > least) for sign in (1.0, -1.0)] for v in (before, after))
+    new = int(np.argmax(held_out))
+    return bool(0 < sum(fitted) * UNSEEN_SHARE >= fitted[new] and 2 * held_out[new] > len(after))
+
+
+def runs_at_one_speed(before: np.ndarray, after: np.ndarray) -> bool:
+    """True of speeds (n,) and (m,) of which those after are no rest and differ by little, as against those before."""
+    least = MOVING_SHARE * float(np.max(np.abs(before), initial=0.0))
+    return bool(len(after)) and abs(float(np.mean(after))) > least > float(np.ptp(after))
+
+
+def mean_speeds(segments: Segments, place: str) -> np.ndarray:
+    """Mean speeds (n,) of a place over a short time, from the samples of the segments on."""
+    log = segments.log
+    values, lag = log.measured[:, log.channels.index(place)], max(1, round(SPEED_TIME_S / log.dt))
+    begins = [np.arange(a, b - lag) for a, b in segments.bounds]
+    first = np.concatenate([np.zeros(0, dtype=np.int64), *begins])
+    speeds = (values[first + lag] - values[first]) / (log.t[first + lag] - log.t[first])
+    return speeds[np.isfinite(speeds)]
