@@ -7,7 +7,12 @@ import pytest
 
 from tests.support import simulated
 from wheelpend import Model, diagnose
-from wheelpend.diagnosis.block_evidence import falls_in_blocks, falls_over_segments, p_value_of_rest
+from wheelpend.diagnosis.block_evidence import (
+    falls_in_blocks,
+    falls_over_segments,
+    p_value_of_rest,
+    relative_lead_statistic,
+)
 from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
 
 SAMPLES, LENGTH = 400, 50
@@ -50,6 +55,29 @@ def test_models_that_are_alike_are_told_apart_no_more_often_than_the_level_says(
         for _ in range(600)
     ]
     assert 0.005 < np.mean(np.array(found) < 0.05) < 0.075
+
+
+def relative_fall(before, after):
+    return (before - after) / (before + after)
+
+
+@pytest.mark.parametrize("blocks", [1, 2, 3, 4, 8, 20])
+def test_errors_at_random_lead_by_their_relative_squares_in_a_tenth_at_most_however_few_blocks_there_are(blocks):
+    random = np.random.default_rng(blocks)
+    pairs = [random.standard_normal((2, blocks)) ** 2 for _ in range(2000)]
+    found = [relative_lead_statistic(relative_fall(one, other), np.zeros(blocks)) for one, other in pairs]
+    assert np.mean(np.array(found) >= 2.0) <= 0.1
+    assert blocks < 3 or np.mean(np.array(found) >= 1.0) >= 0.08  # nor is it of no power
+
+
+def test_two_blocks_lead_where_both_errors_are_far_smaller_and_one_never_does():
+    base = np.array([3.0, 900.0])
+    far, near = relative_fall(base, np.array([1e-4, 0.1])), relative_fall(base, np.array([1.5, 600.0]))
+    assert relative_lead_statistic(far, near) > 2.5 and relative_lead_statistic(near, far) < -2.5
+    assert relative_lead_statistic(far[:1], near[:1]) < 2.0 and relative_lead_statistic(near, 0.0 * near) < 2.0
+    lost, exact = np.array([-1.0, -1.0]), np.array([1.0, 1.0])  # one that ran away, one without any error
+    assert relative_lead_statistic(exact, lost) == pytest.approx(2.0**1.5, rel=1e-6)
+    assert relative_lead_statistic(np.zeros(0), np.zeros(0)) == 0.0
 
 
 @pytest.mark.slow

@@ -236,6 +236,22 @@ def test_a_lesser_law_does_not_stand_in_for_one_that_clearly_leads_it_and_is_not
     assert not_led([spring], [spring, impossible, unlikely]) == [spring]
 
 
+def test_a_law_that_held_out_data_contradict_stands_in_for_one_that_holds_there():
+    """On a motor that rests at first: dry friction explains the rest, and is off by a thousandfold where it runs."""
+    resting = rival("coulomb_drive", 318.0, -2.0 * BLOCKS, [-2e8, 1e5], 16.0 * BLOCKS)
+    resting = resting._replace(relative_falls=np.array([-0.4, 0.6]))
+    lawful = rival("viscous_drive", 92.0, 4.0 * BLOCKS, [1.5e8, 2e5], 5.0 * BLOCKS[::-1])
+    lawful = lawful._replace(relative_falls=np.array([0.99997, 0.9997]))
+    both = [resting, lawful]
+    assert resting.evidence > lawful.evidence and lawful.overrules(resting) and not resting.overrules(lawful)
+    assert not_led(both, both) == [lawful]
+    near = lawful._replace(relative_falls=np.array([0.3, 0.6]))
+    less_likely = lawful._replace(predicted=SimpleNamespace(log_likelihood=-3.0 * BLOCKS[::-1]))
+    alike = lawful._replace(rises=16.0 * BLOCKS[::-1])  # no contradiction: which leads is told by evidence
+    for other in (near, less_likely, alike):
+        assert not_led([resting, other], [resting, other]) == [resting, other]
+
+
 def test_a_simple_law_is_certain_where_one_that_has_it_in_it_is_and_it_clearly_leads():
     elastic = rival("presliding_drive", 90.0, 9.0 * BLOCKS, 15.0 * BLOCKS, 9.0 * BLOCKS)
     simple = rival("coulomb_drive", 90.0, 30.0 * BLOCKS, 50.0 * BLOCKS, 9.0 * BLOCKS)

@@ -8,6 +8,7 @@ import pytest
 from tests.plants.machines import log_of, model_of
 from tests.support import X, simulated
 from wheelpend import Model
+from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare, shortened_segments, with_interleaved_validation
 from wheelpend.estimation.fit import Fit
@@ -79,6 +80,32 @@ def test_it_is_said_where_more_is_held_out_and_not_where_segments_take_turns(eff
     said = [w for w in prepare(model, [log], lean=True).warnings if "stands still for most of the last third" in w]
     assert len(said) == (0 if effects else 1)
     assert not [w for w in prepare(Model.default(), [simulated(duration=6.0)], lean=True).warnings if "third" in w]
+
+
+def at_rest_until(begin):
+    """A log of 6 s whose machine stands still until some time [s], with noise."""
+    log = simulated(duration=6.0, noise=False)
+    places = log.measured.copy()
+    places[log.t < begin] = places[np.searchsorted(log.t, begin)] * [1.0, 0.0, 0.0]
+    noise = np.array([1e-3, 1e-2, 1e-2]) * np.random.default_rng(1).normal(size=places.shape)
+    return replace(log, measured=places + noise)
+
+
+@pytest.mark.parametrize(("begin", "held"), [(1.0, 4.0), (3.0, 5.0), (4.5, 5.5)])
+def test_where_a_machine_stands_still_for_most_of_what_is_fitted_two_thirds_of_what_moves_are_fitted_too(begin, held):
+    log = at_rest_until(begin)
+    problem = prepare(Model.default(), [log], lean=True)
+    first = log.t[min(samples(problem.data.validation[0].part))]
+    assert held - 0.05 <= first < held + 0.3
+    said = [w for w in problem.warnings if "stands still for most of the first two thirds" in w]
+    assert len(said) == (begin > 2.0)
+
+
+def test_a_motion_too_short_to_hold_out_a_third_of_it_is_refused_and_not_where_another_log_judges():
+    log = at_rest_until(5.8)
+    with pytest.raises(Failure, match=r"stands still until t = 5\.8 s and moves for 0\.2 s.*--holdout"):
+        prepare(Model.default(), [log], lean=True)
+    assert prepare(Model.default(), [log], [simulated(duration=3.0, seed=1)], lean=True).data.validation
 
 
 def test_one_that_moves_again_at_the_end_has_its_last_third_held_out():

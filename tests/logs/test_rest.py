@@ -5,7 +5,7 @@ import pytest
 
 from wheelpend.logs.checks import runaway_warnings
 from wheelpend.logs.log import Log
-from wheelpend.logs.rest import led_by_rest, rest_begin
+from wheelpend.logs.rest import led_by_rest, rest_begin, rest_end
 from wheelpend.model.record import Model
 
 T = np.arange(0.0, 20.0, 0.01)
@@ -52,6 +52,13 @@ def test_missing_readings_are_no_motion_and_a_channel_without_any_is_at_rest():
     assert rest_begin(log(angle), [SIGMA]) == whole
     angle[1000:] = np.nan
     assert rest_begin(log(angle), [SIGMA]) >= 990
+
+
+@pytest.mark.parametrize("stop", [14.0, 18.0])
+def test_a_machine_has_rested_until_it_leaves_its_noise(stop):
+    assert abs(T[rest_end(log(decaying(stop)[::-1]), [SIGMA])] - (20.0 - stop)) < 0.6
+    assert T[rest_end(log(decaying(stop)[::-1], decaying(30.0)), [SIGMA] * 2)] < 0.2  # one channel moves at once
+    assert rest_end(log(np.zeros(len(T))), [SIGMA]) == len(T)
 
 
 def test_a_log_that_moves_in_its_last_sample_does_not_rest():

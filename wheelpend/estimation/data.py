@@ -23,7 +23,7 @@ from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds, shortest_
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
 from wheelpend.logs.read import load_log
-from wheelpend.logs.rest import led_by_rest, rest_begin
+from wheelpend.logs.rest import led_by_rest, rest_begin, rest_end
 from wheelpend.logs.same_record import shared_rows
 from wheelpend.logs.sources import LogsLike, as_list, names_of, resolved_paths
 from wheelpend.model.model_kernels import library_module_of
@@ -106,7 +106,7 @@ def prepare(
     if any(derive.effects.find(e).event for e in model.effects):
         problem = with_interleaved_validation(problem, _known_event_times(model))
     else:
-        said = [*_stillness_warnings(split.validation, words), *_motion_warnings(split, model)]
+        said = [*_stillness_warnings(split, noise, horizon, words), *_motion_warnings(split, model)]
         problem = replace(problem, warnings=(*problem.warnings, *said))
     return replace(problem, carries=carries_over(module, model.effects))
 
@@ -185,9 +185,18 @@ def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
     """The first sample that is held out: two thirds of a log, or of what moves where it stands still for the rest.
 
     A machine at rest follows hardly any law, and tells none from another. What moves for less than three times the
-    horizon [s] is not divided.
+    horizon [s] is not divided where the log ends with a rest. Raises Failure where the log begins with one and hardly
+    moves for longer than it takes to judge.
     """
     first, third = log.first_usable, _last_third(log)
+    moving = max(rest_end(log, noise.sigma), first)
+    if moving - first > MAX_STILL_SHARE * (third - first):
+        first, third = moving, moving + (len(log) - moving) * 2 // 3
+        if len(log) - third < shortest_segment(log, horizon):
+            raise Failure(f"{log.name} must show how the machine moves for longer: it stands still until t = "
+                          f"{log.t[moving]:.3g} s and moves for {log.t[-1] - log.t[moving]:.2g} s, of which a third is "
+                          f"held out, and over {horizon:g} s, or a fifth of that, it is judged. Record more of the "
+                          "motion, or hold out another log (--holdout).")  # fmt: skip
     rest = rest_begin(log, noise.sigma)
     stands_still = len(log) - rest > MAX_STILL_SHARE * (len(log) - third)
     moves = log.t[min(rest, len(log) - 1)] - log.t[first] >= MIN_MOVING_HORIZONS * horizon
@@ -199,15 +208,20 @@ def _last_third(log: Log) -> int:
     return log.first_usable + (len(log) - log.first_usable) * 2 // 3
 
 
-def _stillness_warnings(validation: Sequence[ValidationData], words: PlantWords) -> list[str]:
-    """A warning on each log of which more than the last third is held out."""
-    ends = [(v.part.log, int(v.part.bounds[0, 0])) for v in validation if v.estimation_log is not None]
-    return [
-        f"{log.name}: the {words.machine} stands still for most of the last third, which tells no law from another: "
-        f"what is held out begins at t = {log.t[begin]:.3g} s, while it moves."
-        for log, begin in ends
-        if begin < _last_third(log)
-    ]
+def _stillness_warnings(split: DataSplit, noise: Sequence[Noise], horizon: float, words: PlantWords) -> list[str]:
+    """A warning on each log of which more or less than the last third is held out."""
+    said = []
+    for k in (v.estimation_log for v in split.validation if v.estimation_log is not None):
+        log = split.logs[k]
+        begin, third = held_out_begin(log, noise[k], horizon), _last_third(log)
+        part = "last third" if begin < third else "first two thirds"
+        where = "while it moves" if begin < third else "with two thirds of what moves before it"
+        if begin != third:
+            said.append(
+                f"{log.name}: the {words.machine} stands still for most of the {part}, which tells no law from "
+                f"another: what is held out begins at t = {log.t[begin]:.3g} s, {where}."
+            )
+    return said
 
 
 def _motion_warnings(split: DataSplit, model: Model) -> list[str]:

@@ -1,4 +1,4 @@
-"""Rest: from where on a machine stands still until its log ends, and a log that begins with a step from rest."""
+"""Rest: how long a machine stands still when its log begins or ends, and a log that begins with a step from rest."""
 
 from __future__ import annotations
 
@@ -27,17 +27,23 @@ def rest_begin(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
     end. Of a long log some 400 000 samples are looked at.
     """
     every = max(1, len(log) // EXCERPT_SAMPLES)
-    begins = [_rest_begin(values[::every], own) for values, own in zip(log.measured.T, sigma, strict=True)]
-    return min(every * max(begins), len(log))
+    seen = log.measured[::every]
+    still = min(_still_values(values[::-1], own) for values, own in zip(seen.T, sigma, strict=True))
+    return min(every * (len(seen) - still), len(log)) if still > 1 else len(log)
 
 
-def _rest_begin(channel: np.ndarray, sigma: float) -> int:
-    """The first of a channel's values (n,) after which they stay in its band; n where the last is none."""
-    backward = channel[::-1]
-    spread = np.fmax.accumulate(backward) - np.fmin.accumulate(backward)
+def rest_end(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
+    """The first sample, up to which no channel of noise sigma (channels,) has moved since the log began."""
+    every = max(1, len(log) // EXCERPT_SAMPLES)
+    seen = log.measured[::every]
+    return every * min(_still_values(values, own) for values, own in zip(seen.T, sigma, strict=True))
+
+
+def _still_values(channel: np.ndarray, sigma: float) -> int:
+    """How many of a channel's values (n,), from the first on, stay in its band."""
+    spread = np.fmax.accumulate(channel) - np.fmin.accumulate(channel)
     band = max(REST_SHARE * float(np.nanmax(channel) - np.nanmin(channel)), REST_BAND_SIGMAS * sigma)
-    still = int(np.count_nonzero(~(spread > band)))  # the spread only grows; nothing read is nothing moved
-    return len(channel) - still if still > 1 else len(channel)
+    return int(np.count_nonzero(~(spread > band)))  # the spread only grows; nothing read is nothing moved
 
 
 def led_by_rest(log: Log, table: ColumnTable) -> Log:

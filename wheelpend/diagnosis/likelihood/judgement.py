@@ -9,7 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 import derive
-from wheelpend.diagnosis.block_evidence import MIN_CLEAR_STATISTIC, falls_over_segments, gain_statistic
+from wheelpend.diagnosis.block_evidence import (
+    MIN_CLEAR_STATISTIC,
+    falls_over_segments,
+    gain_statistic,
+    relative_lead_statistic,
+)
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import (
     FAMILYWISE_SIGNIFICANCE_LEVEL,
@@ -172,6 +177,16 @@ class Judged(NamedTuple):
         """
         statistics = self._statistics_over(other)
         return max(statistics) >= MIN_CLEAR_STATISTIC and min(statistics) > -MIN_CLEAR_STATISTIC
+
+    def overrules(self, other: Judged) -> bool:
+        """True where held-out data are clearly likelier than with another effect and clearly nearer over the horizon,
+        though data of the fit are clearly less likely.
+
+        There the other one may have explained a rest, say, that a random force follows at no price.
+        """
+        of_fit, held_out, _ = self._statistics_over(other)
+        nearer = relative_lead_statistic(self.relative_falls, other.relative_falls)
+        return of_fit <= -MIN_CLEAR_STATISTIC and min(held_out, nearer) >= MIN_CLEAR_STATISTIC
 
     def _statistics_over(self, other: Judged) -> tuple[float, float, float]:
         """Standard errors between blocks by which data of the fit are likelier, and the lead on held-out data."""
@@ -356,10 +371,15 @@ def _plainer_than(one: Judged, others: Sequence[Judged]) -> tuple[str, ...]:
 def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:
     """Supported effects that none clearly leads, with more evidence, which may be but is not supported itself.
 
-    What is missing then is rather like that one, and the lesser effect stands in for it.
+    What is missing then is rather like that one, and the lesser effect stands in for it. So it is with one that what
+    no fit has seen contradicts, where another supported one holds there.
     """
     others = _likely_besides(supported, judged)
-    return [j for j in supported if not any(_stands_in_for(j, o) for o in others)]
+    return [
+        j
+        for j in supported
+        if not any(_stands_in_for(j, o) for o in others) and not any(o.overrules(j) for o in supported)
+    ]
 
 
 def certain_within(judged: Sequence[Judged], supported: Sequence[Judged], error_before: float) -> list[Judged]:
