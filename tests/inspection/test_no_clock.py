@@ -1,6 +1,7 @@
 """A log whose times are missing, or of no use: its rows are counted."""
 
 import numpy as np
+import polars as pl
 import pytest
 
 from tests.support import run
@@ -9,6 +10,7 @@ from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.split import split_log
 from wheelpend.inspection.survey import survey_file
 from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.polars_files import seconds_of_stamps
 from wheelpend.logs.read import load_log
 from wheelpend.logs.tables import ROW_NUMBER
 
@@ -63,6 +65,48 @@ def test_nothing_is_made_up_where_a_column_looks_like_times(tmp_path):
     falling = write(tmp_path / "falling.csv", a=1e3 - T, b=ANGLE)
     with pytest.raises(Failure, match="a falls evenly: if it is the time, sort the rows by it"):
         survey_file(falling)
+
+
+def test_a_clock_that_once_goes_back_is_named_with_its_row(tmp_path):
+    stamps = 1e3 * T
+    stamps[100:] -= 42.0
+    path = write(tmp_path / "back.csv", a=stamps, b=ANGLE)
+    with pytest.raises(Failure, match=r"a grows evenly, but in row 101 goes from 2475 to 2458 \(1 such rows\)"):
+        survey_file(path)
+    assert survey_file(path, 0.025).clock.column == ROW_NUMBER
+    often = write(tmp_path / "often.csv", a=np.where(np.arange(len(T)) % 10 == 0, T - 1.0, T), b=ANGLE)
+    assert survey_file(often).clock.column == ROW_NUMBER  # no clock goes back so often
+
+
+def test_a_setting_that_is_called_after_the_time_is_no_clock(tmp_path):
+    path = write(tmp_path / "log.csv", Sample_Time=0.01 + 0.0 * T, seconds=T, angle=ANGLE)
+    assert survey_file(path).clock.column == "seconds"
+    alone = write(tmp_path / "alone.csv", Sample_Time=0.01 + 0.0 * T, angle=ANGLE)
+    assert survey_file(alone).clock.column == ROW_NUMBER
+
+
+@pytest.mark.parametrize(
+    "stamp", ["{h:02d}:{m:02d}:{s:06.3f}", "2025-03-27 {h:02d}:{m:02d}:{s:06.3f}", "2025-03-27T{h}:{m:02d}:{s:06.3f}Z"]
+)
+def test_times_of_day_are_a_clock(tmp_path, stamp):
+    begin = 17 * 3600.0 + 59 * 60 + 55
+    rows = [(int(x // 3600), int(x // 60 % 60), x % 60) for x in begin + np.round(T, 3)]
+    lines = [f"{stamp.format(h=h, m=m, s=s)},{a:.6f}" for (h, m, s), a in zip(rows, ANGLE, strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["Timestamp,angle", *lines]))
+    found = survey_file(path)
+    assert (found.clock.column, found.clock.unit) == ("Timestamp", "s")
+    assert np.abs(found.values["t"] - T).max() < 2e-3
+
+
+def test_times_of_day_go_on_past_midnight_and_other_text_is_none():
+    stamps = pl.Series("t", ["23:59:59.5", None, "0:00:00,25", "00:00:01"])
+    found = seconds_of_stamps(stamps)
+    assert found[[0, 2, 3]] == pytest.approx([86399.5, 86400.25, 86401.0]) and np.isnan(found[1])
+    days = seconds_of_stamps(pl.Series("t", ["2025-03-27 23:59:59", "2025-03-28 00:00:01", "2025-13-41 00:00:02"]))
+    assert days[1] - days[0] == 2.0 and np.isnan(days[2])
+    for other in (["12:30"], ["1.5", "12:30:00"], ["noon"], [None]):
+        assert seconds_of_stamps(pl.Series("t", other, dtype=pl.String)) is None
 
 
 def test_commands_take_the_interval_where_there_is_no_model_yet(tmp_path, monkeypatch):

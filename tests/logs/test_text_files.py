@@ -134,6 +134,16 @@ def test_a_row_of_units_in_words_converts_too(tmp_path):
     assert_same(log, tuple(remarks))
 
 
+@pytest.mark.parametrize("units", ["s,State,rad,State,", "s,V,rad,rad,things"])
+def test_a_row_of_which_half_are_units_is_one_of_units(tmp_path, units):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([",".join(NAMES), units, "", *text(",", header=False).splitlines()]))
+    layout = csv_layout(path)
+    assert layout.names == list(NAMES) and layout.units["t"] == "s"
+    assert not {"State", "things"} & set(layout.units.values())
+    assert_same(read(tmp_path, path.read_text()))
+
+
 @pytest.mark.parametrize(("between", "rows"), [("  ", "\t"), (",", "\t"), ("\t", ","), (";", ",")])
 def test_a_header_may_be_separated_otherwise_than_the_rows(tmp_path, between, rows):
     assert_same(read(tmp_path, "\n".join([between.join(NAMES), *text(rows, header=False).splitlines()])))

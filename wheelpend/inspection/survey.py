@@ -60,6 +60,7 @@ COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of r
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
+MAX_BACKWARD_SHARE = 0.05  # of the rows of a clock that now and then goes back
 MIN_PLACES = 10  # different readings of a place
 MAX_LEAD_SAMPLES = 60  # by which a reference is looked for ahead of the position that follows it
 MIN_LEAD_SHARE = 4  # parts of a log, of which a lead is one at most: the rest shows it
@@ -183,7 +184,7 @@ def own_clock(path: Path, file: Table, values: Mapping[str, np.ndarray]) -> Colu
     Raises Failure where one is called so but does not grow from row to row, and where one grows only now and then, as
     stamps of arrival do, or falls evenly.
     """
-    likely = next((n for n in values if n == "t" or contains(n, TIME_ALIASES)), "")
+    likely = next((n for n, v in values.items() if (n == "t" or contains(n, TIME_ALIASES)) and np.ptp(v) != 0.0), "")
     clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
     if clock is None and likely:
         check_time(path.name, values[likely])  # says in which row it does not grow
@@ -356,6 +357,14 @@ def times_cure(values: Mapping[str, np.ndarray]) -> str:
             return f"{name} grows, but stays the same in {np.count_nonzero(steps == 0)} rows. {repeated_cure(stamps)}"
         if (steps <= 0).all() and (steps < 0).sum() >= MIN_PLACES and clock_rank(-steps[steps < 0]) == 0:
             return f"{name} falls evenly: if it is the time, sort the rows by it; else {INTERVAL_CURE}."
+        back = np.flatnonzero(steps <= 0)
+        if 0 < len(back) <= MAX_BACKWARD_SHARE * len(steps) and clock_rank(steps[steps > 0]) == 0:
+            k = int(back[0])
+            return (
+                f"{name} grows evenly, but in row {k + 2} goes from {stamps[k]:.15g} to {stamps[k + 1]:.15g} "
+                f"({len(back)} such rows): if it is the time, cut the file there, or leave these rows out; else "
+                f"{INTERVAL_CURE}."
+            )
     return ""
 
 

@@ -170,7 +170,7 @@ def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
         if is_row(follows) or not is_title(follows, len(line.cells)):
             return [line], k + 1
         if len(follows.cells) == len(line.cells):
-            has_units = all(is_unit(c) for c in follows.cells)
+            has_units = is_row_of_units(follows.cells)
             return ([line, follows], k + 2) if has_units else ([line], k + 1)
     return list(table[:1]), min(1, len(table))
 
@@ -216,8 +216,14 @@ def otherwise_separated(above: Sequence[tuple[int, str]], first_row: Sequence[Li
         fitting = (Line(number, own) for own in cells if len(own) == width > 1)
         line = next((one for one in fitting if is_title(one, width)), None)
         found = [] if line is None else [*found, line]
-    has_units = len(found) == 2 and all(map(is_unit, found[1].cells))
+    has_units = len(found) == 2 and is_row_of_units(found[1].cells)
     return found if has_units else found[-1:]
+
+
+def is_row_of_units(cells: Sequence[str]) -> bool:
+    """True of cells that are units or empty, or of which at least half of the others are units."""
+    named = [c for c in cells if c]
+    return all(map(is_unit, cells)) or 2 * sum(map(is_unit, named)) >= len(named)
 
 
 def is_unit(cell: str) -> bool:
@@ -233,7 +239,9 @@ def as_symbols(unit: str) -> str:
 
 
 def plain_unit(cell: str) -> str:
-    """A unit without brackets, in our spelling; nothing for a plain number."""
+    """A unit without brackets, in our spelling; nothing for a plain number, or what is no unit."""
+    if not is_unit(cell):
+        return ""
     unit = as_symbols((cell[1:-1] if BRACKETED_PATTERN.fullmatch(cell) else cell).strip())
     return UNIT_SPELLINGS.get(unit, "" if unit in ("-", "1") else unit)
 

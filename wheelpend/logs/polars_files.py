@@ -27,6 +27,8 @@ from wheelpend.logs.csv_text import (
 )
 
 NO_SEPARATOR = "\x1f"  # stands in no table
+STAMP_PATTERN = r"^(?:(\d{4}-\d{2}-\d{2})[ T])?(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?:Z|[+-]\d{2}:?\d{2})?$"
+DAY_S = 86_400.0
 MAX_RECODED_BYTES = 300_000_000  # bytes of UTF-16 that are held a second time, as UTF-8, to be read
 
 
@@ -172,6 +174,8 @@ def numeric_column(log: str, column: pl.Series, decimal_comma: bool = False) -> 
     if column.dtype == pl.String:
         text = column.str.strip_chars()
         text = pl.select(pl.when(text.is_in(list(MISSING_CELLS))).then(None).otherwise(text)).to_series()
+        if (stamps := seconds_of_stamps(text)) is not None:
+            return stamps
         decimal = text.str.replace(",", ".", literal=True) if decimal_comma else text
         numbers = decimal.cast(pl.Float64, strict=False)
         bad = (text.is_not_null() & numbers.is_null()).arg_true()
@@ -186,3 +190,21 @@ def numeric_column(log: str, column: pl.Series, decimal_comma: bool = False) -> 
     else:
         raise Failure(f"{log}: column {column.name} must hold numbers; it holds {column.dtype}. Convert it first.")
     return numbers.fill_null(math.nan).to_numpy()
+
+
+def seconds_of_stamps(text: pl.Series) -> np.ndarray | None:
+    """Seconds (N,) of times of day, or of dates with times, NaN for missing ones; None where other text stands.
+
+    Times without a date go on past midnight.
+    """
+    if text.is_null().all() or not text.str.contains(STAMP_PATTERN).all():
+        return None
+    days, *parts = (text.str.extract(STAMP_PATTERN, k) for k in range(1, 5))
+    decimal = [part.str.replace(",", ".", literal=True).cast(pl.Float64).to_numpy() for part in parts]
+    clock = np.array([3600.0, 60.0, 1.0]) @ np.array(decimal)
+    if days.is_not_null().any():
+        dates = days.str.to_date(strict=False).to_numpy()
+        return np.where(np.isnat(dates), np.nan, dates.astype("datetime64[D]").astype(np.int64) * DAY_S + clock)
+    known = np.flatnonzero(np.isfinite(clock))
+    clock[known[1:]] += DAY_S * np.cumsum(np.diff(clock[known]) < -0.5 * DAY_S)
+    return clock
