@@ -8,7 +8,6 @@ from scipy.integrate import solve_ivp
 
 from tests.raw_logs import fast_motor, two_wheels, write_csv
 from wheelpend import Model
-from wheelpend.errors import Failure
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.gravity import carried_weight_misfit
 from wheelpend.inspection.inspect import inspect_file
@@ -103,15 +102,16 @@ def test_a_shaft_in_degrees_along_a_slide_is_made_continuous_too(tmp_path):
     assert np.ptp(look.log.measured[:, 0]) == pytest.approx(np.deg2rad(np.ptp(columns["angle"])), rel=1e-6)
 
 
-def test_speeds_are_no_places_and_a_place_is_no_input(tmp_path):
+def test_a_speed_is_no_place_and_is_summed_where_nothing_else_is_one(tmp_path):
     t = np.arange(300) * 0.01
-    with pytest.raises(Failure) as failed:
-        first_look(
-            write_csv(
-                tmp_path / "speeds.csv", {"t": t, "PWM": 50.0 + 40.0 * np.sign(np.sin(t)), "RPM_1": np.sin(9.0 * t)}
-            )
-        )
-    assert "A speed (RPM_1) is no position" in str(failed.value) and 'column = "..."' in str(failed.value)
+    speed, pwm = np.sin(9.0 * t), 50.0 + 40.0 * np.sign(np.sin(t))
+    look = first_look(write_csv(tmp_path / "speeds.csv", {"t": t, "PWM": pwm, "RPM_1": speed}))
+    assert look.survey.speed == "RPM_1" and '{ column = "RPM_1", unit = ' in look.model
+    other = {"leftCommand": pwm, "leftSpeed": speed, "rightSpeed": 0.9 * speed, "rightCommand": pwm[::-1]}
+    of_two = first_look(write_csv(tmp_path / "two.csv", {"t": t, **other}))
+    assert of_two.survey.speed == "leftSpeed" and of_two.survey.of_role("input") == ["leftCommand"]
+    beside = first_look(write_csv(tmp_path / "place.csv", {"t": t, "PWM": pwm, "RPM_1": speed, "x": np.cos(3.0 * t)}))
+    assert beside.survey.speed == "" and beside.survey.of_role("position") == ["x"]
 
 
 def test_a_coarse_log_of_a_pendulum_that_hangs_elsewhere_than_at_0_gets_its_offset(tmp_path):

@@ -150,12 +150,18 @@ def test_a_speed_or_a_duration_is_no_place(other, tmp_path):
     assert found.of_role("position") == ["x"] and found.column(other).role == "further"
 
 
-def test_a_log_of_a_speed_alone_is_refused_with_what_to_log(tmp_path):
+def test_a_log_of_a_speed_alone_has_it_summed(tmp_path):
     columns = duty_axis()
     path = write_csv(tmp_path / "log.csv", {"time_ms": 1e3 * columns["t"], "pwm": columns["pwm"],
                                             "rpm": 60 * np.gradient(columns["x"], 0.005)})  # fmt: skip
-    with pytest.raises(Failure, match=r"A speed \(rpm\) is no position: log what the encoder counts"):
-        first_look(path)
+    look = first_look(path)
+    assert '{ column = "rpm", unit = "rpm" }  # guessed: a speed, which is summed over time' in look.model
+    turned = 2 * np.pi * (columns["x"] - columns["x"][0])
+    assert look.log.measured[:, 0] == pytest.approx(turned, abs=0.02 * np.ptp(turned))
+    assert "[sensors.step]" not in look.model  # what it comes to has none
+    as_slide = first_look(path, "slide")
+    assert 'x = { column = "rpm", unit = "m/s", scale = 0.1047198 }' in as_slide.model
+    assert as_slide.log.measured == pytest.approx(look.log.measured, rel=1e-6)
 
 
 def test_a_motors_encoder_is_read_and_its_pwm_is_told(tmp_path):

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from wheelpend.inspection.findings import Finding, LogCorrections
-from wheelpend.inspection.sampling import place_noise
 from wheelpend.inspection.signals import channel_values
 from wheelpend.logs.checks import starts_at_rest
 from wheelpend.logs.log import Log
+from wheelpend.logs.noise import noise_of_values
 
 FIRST_MOTION_SHARE = 0.02  # of the way from end to end, after which a machine has set out
 MIN_MOTION_SIGMAS = 8.0  # of the sensor's noise
@@ -33,7 +33,7 @@ def sets_out_backwards(log: Log, place: str, *, hangs: bool) -> bool:
     if values.size < 3 or not starts_at_rest(values) or (not hangs and abs(pushes[0]) > MAX_REST_SHARE * largest):
         return False
     away = values - values[0]
-    gone = np.abs(away) > max(FIRST_MOTION_SHARE * float(np.ptp(values)), MIN_MOTION_SIGMAS * place_noise(values))
+    gone = np.abs(away) > max(FIRST_MOTION_SHARE * float(np.ptp(values)), MIN_MOTION_SIGMAS * noise_of_values(values))
     count = int(np.argmax(gone))
     way = float(np.abs(np.diff(values[: count + 1])).sum())
     if not gone.any() or abs(away[count]) < MIN_STRAIGHT_SHARE * way:

@@ -19,10 +19,11 @@ from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
-from wheelpend.inspection.survey import FileColumn, Survey
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
+from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey
+from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, speed_unit
 from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
+SUMMED_REASON = "a speed, which is summed over time, as no column is a place"
 UNNAMED_COLUMN = "?"  # stands for a column that its user must name
 COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
 
@@ -80,6 +81,10 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
             'hence the offset, and range = "any".'
         )
     sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
+    if survey.speed:
+        maps |= (speeds := summed_speed(survey, best, maps))
+        reasons |= dict.fromkeys(speeds, SUMMED_REASON)
+        sentences.append(f"Nothing in {survey.file} is a place: {survey.speed}, a speed, is summed over time.")
     maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
     text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})
     return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found or [best])), reasons, missing)
@@ -199,6 +204,17 @@ def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnM
     if references and best.table.reference not in references:
         maps[best.table.reference] = ColumnMap(references[0])
     return maps
+
+
+def summed_speed(survey: Survey, best: Candidate, maps: Mapping[str, ColumnMap]) -> dict[str, ColumnMap]:
+    """The map of the place that a speed was summed to: the speed, with its unit, or as that of the place."""
+    (name,) = (n for n, c in best.columns.items() if c == SUMMED_PLACE)
+    own, stated = speed_unit(best.table.units[name]), stated_unit(survey.speed)
+    base, factor = UNIT_CONVERSIONS.get(stated, ("", 1.0))
+    scale = maps[name].scale if name in maps else 1.0
+    return {
+        name: ColumnMap(survey.speed, stated if base == own else own, scale=scale * (1.0 if base == own else factor))
+    }
 
 
 def followed_reference(survey: Survey, best: Candidate, maps: Mapping[str, ColumnMap]) -> dict[str, ColumnMap]:

@@ -13,7 +13,7 @@ from wheelpend.inspection.findings import Finding
 from wheelpend.inspection.signals import channel_values
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
-from wheelpend.logs.noise import find_quantum, rounding_sigma
+from wheelpend.logs.noise import find_quantum, noise_of_values, rounding_sigma
 from wheelpend.logs.white_noise import difference_noise
 
 MIN_DROPPED_SHARE = 1e-3  # share of the rows, from which on missing ones are named
@@ -99,7 +99,7 @@ def way_in_long_intervals(log: Log, name: str, skips: np.ndarray) -> float | Non
     values = channel_values(log, name)
     steps, alone = np.diff(values), skips[1:-1] & ~skips[:-2] & ~skips[2:]
     beside = 0.5 * (steps[:-2] + steps[2:])
-    told = alone & (np.abs(beside) > FAST_STEP_SIGMAS * place_noise(values))
+    told = alone & (np.abs(beside) > FAST_STEP_SIGMAS * noise_of_values(values))
     return float(np.median(steps[1:-1][told] / beside[told])) if told.sum() >= MIN_DOUBLE_STEPS else None
 
 
@@ -121,13 +121,8 @@ def fast_steps(log: Log, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     edge = NEIGHBOUR_STEPS // 2
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(steps, edge, mode="edge"), NEIGHBOUR_STEPS)
     expected = np.median(windows, axis=1)
-    fast = np.abs(expected) > FAST_STEP_SIGMAS * place_noise(values)
+    fast = np.abs(expected) > FAST_STEP_SIGMAS * noise_of_values(values)
     return np.where(fast, steps / np.where(fast, expected, 1.0), np.nan), expected
-
-
-def place_noise(values: np.ndarray) -> float:
-    """Standard deviation of a place's noise (N,), its rounding at least [its unit]."""
-    return max(difference_noise(values), rounding_sigma(find_quantum(values)))
 
 
 def matters(log: Log, values: np.ndarray, jitter: float) -> bool:

@@ -37,11 +37,11 @@ from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, is_whole, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import INTERVAL_CURE, check_time, repeated_cure, starts_at_rest
-from wheelpend.logs.columns import ROW_NUMBER, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
+from wheelpend.logs.columns import ROW_NUMBER, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap, speed_unit
 from wheelpend.logs.log import gapless_ranges
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
-from wheelpend.logs.read import clock_rank, find_time_column, open_file
+from wheelpend.logs.read import clock_rank, find_time_column, open_file, summed_over_time
 from wheelpend.logs.tables import Table, check_length, scalars_of
 from wheelpend.logs.unwrap import whole_turn
 from wheelpend.logs.white_noise import difference_noise
@@ -60,6 +60,7 @@ COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of r
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
+SUMMED_PLACE = "place"  # what a speed comes to that is summed over time
 MAX_BACKWARD_SHARE = 0.05  # of the rows of a clock that now and then goes back
 MIN_PLACES = 10  # different readings of a place
 MAX_LEAD_SAMPLES = 60  # by which a reference is looked for ahead of the position that follows it
@@ -104,6 +105,7 @@ class Survey(NamedTuple):
     stretches: tuple[Signals, ...] = ()  # without a gap, short ones too
     times: str = "read"  # or said: the rows are counted, and how long each is, or made up where nobody said that
     turns: Mapping[str, float] = {}  # of angles that are wrapped into one turn: 2π or 360; their values are continuous
+    speed: str = ""  # column that was summed over time to SUMMED_PLACE, as nothing else is a place
 
     def of_role(self, role: str) -> list[str]:
         """Names of the columns of a role, in the file's order."""
@@ -125,7 +127,9 @@ class Survey(NamedTuple):
     def base_of(self, name: str) -> str:
         """The unit of SI that a column's name states or the step of its encoder shows; rad of one called an angle."""
         shown = self.column(name).remark.endswith(COUNTS_ENDING) or has_word(name, ANGLE_NAMES)
-        return stated_base(name) or ("rad" if shown else "")
+        of_speed = stated_base(self.speed) if name == SUMMED_PLACE else ""
+        summed = next((own for own in ("rad", "m") if of_speed == speed_unit(own)), "")
+        return summed or stated_base(name) or ("rad" if shown else "")
 
 
 def survey_file(path: Path, interval: float | None = None) -> Survey:
@@ -145,7 +149,27 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     raw = values.pop(clock.column, None)
     raw = np.arange(1.0, len(next(iter(values.values()))) + 1.0) if raw is None else raw
     check_time(path.name, raw)
-    t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1] * clock.scale
+    times = "read" if found else "said" if interval else "made up"
+    as_read = surveyed(path, clock, raw, values, times)
+    speed = next((c.name for c in as_read.columns if c.role == "further" and is_no_place(c.name)), "")
+    if as_read.of_role("position") or not speed or SUMMED_PLACE in values:
+        return as_read
+    named = {tuple(words_of(n)) for n in values}
+    rights = {n for n in values if left_name(n) in named}  # where the left wheel's speed is taken
+    places = {n: v for n, v in values.items() if n not in {speed, *rights}}
+    places[SUMMED_PLACE] = summed_over_time(values[speed], clock_seconds(raw, clock)) * stated_factor(speed)
+    summed = surveyed(path, clock, raw, places, times)
+    return summed._replace(speed=speed) if summed.of_role("position") == [SUMMED_PLACE] else as_read
+
+
+def clock_seconds(raw: np.ndarray, clock: ColumnMap) -> np.ndarray:
+    """Times (N,) [s] from the first sample on."""
+    return (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1] * clock.scale
+
+
+def surveyed(path: Path, clock: ColumnMap, raw: np.ndarray, values: dict[str, np.ndarray], times: str) -> Survey:
+    """What each of a file's columns (N,) is beside its clock ``raw`` (N,)."""
+    t = clock_seconds(raw, clock)
     counters = {n: text for n, v in values.items() if (text := beside_clock(n, v, t))}
     rest = {n: v for n, v in values.items() if n not in counters}
     copies = copies_among(rest) | coordinates_among(rest)
@@ -166,7 +190,6 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
         remark = no_reading.get(name, sides.get(name, remark))
         remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
-    times = "read" if found else "said" if interval else "made up"
     signals_of = {**moving, "t": t}
     turns = {n: turn for n in moving if (turn := whole_turn(values[n] * stated_factor(n)))}
     stretches = all_signals(log)

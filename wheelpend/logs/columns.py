@@ -161,6 +161,7 @@ class ColumnSource(NamedTuple):
     factor: float
     offset: float = 0.0  # in the quantity's unit
     times: str = ""  # a column of the file that multiplies it sample by sample; nothing where none does
+    is_speed: bool = False  # of the place that it is read as: it is summed over time
 
 
 def find_sources(
@@ -181,12 +182,12 @@ def find_sources(
         mapped, stated = with_file_unit(name, columns.get(name), names, table, file_units or {})
         notes += stated
         if mapped and mapped.column in names:
-            known = unit_factor(name, mapped.unit, table.units[name], table.inputs)
+            known, is_speed = unit_conversion(name, mapped.unit, table)
             if name == "t" and mapped.offset:
                 raise Failure("[columns] t must have no offset: times count from the first sample. Remove it.")
             check_factor(log, name, mapped, names, kind)
             factor = mapped.sign * mapped.scale * known
-            sources[name] = ColumnSource(mapped.column, factor, mapped.offset, mapped.times)
+            sources[name] = ColumnSource(mapped.column, factor, mapped.offset, mapped.times, is_speed)
         elif name in names:
             sources[name] = ColumnSource(name, 1.0)
             if mapped and name in columns:
@@ -216,10 +217,31 @@ def with_file_unit(
     unit = file_units.get(column, "")
     if not unit or unit == table.units[name] or (mapped and (mapped.unit or mapped.scale != 1.0 or mapped.times)):
         return mapped, []
-    if UNIT_CONVERSIONS.get(unit, ("", 1.0))[0] != table.units[name]:
+    if unit_base(unit) != table.units[name]:
         return mapped, [f"{column} is in '{unit}' by the file's row of units; it is read as {table.units[name]}."]
     note = f"{column} is in {unit} by the file's row of units, and is converted to {table.units[name]}."
     return replace(mapped or ColumnMap(column), column=column, unit=unit), [note]
+
+
+def unit_base(unit: str) -> str:
+    """The unit of ours that one turns into; nothing of one that we do not know."""
+    return UNIT_CONVERSIONS.get(unit, ("", 1.0))[0]
+
+
+def speed_unit(place: str) -> str:
+    """The unit of the speed of a place in rad or m."""
+    return f"{place}/s"
+
+
+def unit_conversion(name: str, unit: str, table: ColumnTable) -> tuple[float, bool]:
+    """Factor from a unit to a quantity's own, and whether it is the speed of a place, which is summed over time.
+
+    Raises Failure when the quantity cannot have that unit.
+    """
+    own = table.units[name]
+    may_be_summed = name in table.places and name != table.range_channel  # which no sum holds to the vertical
+    is_speed = may_be_summed and unit_base(unit) == speed_unit(own)
+    return unit_factor(name, unit, speed_unit(own) if is_speed else own, table.inputs), is_speed
 
 
 def unit_factor(name: str, unit: str, own: str, inputs: Sequence[str] = ()) -> float:

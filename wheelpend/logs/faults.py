@@ -11,7 +11,7 @@ import numpy as np
 
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import EXCERPT_SAMPLES, GAP_INTERVAL_RATIO
-from wheelpend.logs.noise import find_quantum, rounding_sigma
+from wheelpend.logs.noise import find_quantum, noise_of_values
 from wheelpend.logs.runs import runs_of
 from wheelpend.logs.white_noise import difference_noise
 
@@ -161,7 +161,7 @@ def find_seams(t: np.ndarray, channels: Mapping[str, np.ndarray], positions: lis
     if not 0 < len(seams) <= max(MAX_SEAMS, MAX_SEAM_SHARE * len(t)):
         return []
     evidence = {k: [name for name, places in jumps.items() if k in places] for k in seams}
-    noise = {c: max(difference_noise(v), rounding_sigma(find_quantum(v))) for c, v in channels.items()}
+    noise = {c: noise_of_values(v) for c, v in channels.items()}
     return [(k, names) for k in seams if len(names := joined_channels(k, evidence[k], channels, noise)) > 1]
 
 

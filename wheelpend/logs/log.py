@@ -67,6 +67,7 @@ class Log(NotebookResult):
     faults: tuple[Finding, ...] = ()  # of the recording, what they concern left out already
     source: Path | None = None  # absolute, of the file that it was read from
     lead: int = 0  # rows put before the first one, which say what was before
+    speed_noise: Mapping[str, float] = field(default_factory=dict)  # σ of the speeds that channels are the sums of
 
     @classmethod
     def from_arrays(

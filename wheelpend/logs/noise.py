@@ -12,13 +12,14 @@ import numpy as np
 
 from wheelpend.logs.coloured_noise import coloured_noise, filter_remark
 from wheelpend.logs.log import Log
-from wheelpend.logs.white_noise import predicted_noise, white_sigma
+from wheelpend.logs.white_noise import difference_noise, predicted_noise, white_sigma
 
 UNPREDICTED = (np.inf, 0.0)  # σ by prediction, and its relative error, where nothing was predicted
 # Scatter of a quantised channel over that of rounding, from which noise is added to it. Motion between two samples
 # passes for scatter where a channel moves many steps, so that a stated step is believed for longer.
 MIN_SCATTER_RATIO, MIN_SCATTER_RATIO_STATED = 1.5, 3.0
 
+WALK_S = 0.5  # s, as long as a segment, over which the sum of a speed's noise wanders
 MIN_REPEATED_SHARE = 0.5  # share of repeated readings from which their rounding errors are not independent
 MAX_COUNTS = 1e7  # steps that a quantised channel covers at most
 DIGITS = 2.4e-7  # of a value: twice the last digit of single precision, in which logs are often kept
@@ -65,6 +66,11 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
     return Noise(np.array(sigma), np.array(quantum), float(np.sqrt(np.mean(error_ratios))), remarks, any(held))
 
 
+def noise_of_values(values: np.ndarray) -> float:
+    """Standard deviation of the noise of readings (N,), from their differences, at least that of rounding."""
+    return max(difference_noise(values), rounding_sigma(find_quantum(values)))
+
+
 def channel_noise(
     log: Log,
     channel: str,
@@ -74,12 +80,15 @@ def channel_noise(
 ) -> tuple[float, float, float]:
     """σ and step of a channel [its unit], and the expected squared error over σ², 1 unless σ is that of rounding.
 
-    ``predicted`` is σ by prediction from the past and its relative standard error.
+    ``predicted`` is σ by prediction from the past and its relative standard error. The sum of a speed wanders: σ is
+    that of a random walk about its best straight line, over the time that segments last.
     """
     signal = log.measured[:, log.channels.index(channel)]
     step = quantum_of(_richest_stretch(signal, log.breaks), stated_step)
     if stated_sigma:
         return stated_sigma, step, 1.0
+    if channel in log.speed_noise:
+        return log.speed_noise[channel] * float(np.sqrt(log.dt * WALK_S / 15.0)), 0.0, 1.0
     rounding, scatter = rounding_sigma(step), white_sigma(signal, predicted, log.t)
     if not step:
         scatter = max(scatter, coloured_noise(log, channel))

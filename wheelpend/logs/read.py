@@ -38,6 +38,7 @@ from wheelpend.logs.columns import (
 )
 from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
+from wheelpend.logs.noise import noise_of_values
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
@@ -78,6 +79,9 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     file = numbered(file, columns)
     sources, notes = find_sources(log_name, file.names, table, columns, file.units, file.kind)
     raw_t, columns_by_name = read_scaled_columns(log_name, file, sources, table)
+    t = elapsed_seconds(raw_t, sources)
+    speed_noise = {n: noise_of_values(columns_by_name[n]) for n, source in sources.items() if source.is_speed}
+    sum_speeds(columns_by_name, t, sources)
     for name in table.required[1:]:
         check_values(log_name, name, columns_by_name[name])
     for name in table.inputs:
@@ -89,9 +93,8 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     for name, source in sources.items():  # not before: an encoder that starts again does so at its own zero
         if source.offset:
             columns_by_name[name] = columns_by_name[name] + source.offset
-    t = (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
     check_readable_interval(log_name, t)
-    as_read = log_of_columns(log_name, t, columns_by_name, table)
+    as_read = replace(log_of_columns(log_name, t, columns_by_name, table), speed_noise=speed_noise)
     log = cured(as_read, table, seams)
     faults = [f"{f.sentence} {f.cure}" for f in log.faults]
     return replace(log, warnings=(*faults, *notes, *log_warnings(as_read, table, sources)))
@@ -107,11 +110,13 @@ def signals_of_file(
     file = numbered(open_file(path), columns)
     sources, _ = find_sources(path.name, file.names, table, columns, file.units, file.kind)
     raw_t, signals = read_scaled_columns(path.name, file, sources, table)
+    t = elapsed_seconds(raw_t, sources)
+    sum_speeds(signals, t, sources)
     unwrap_positions(signals, raw_t, table, sources)
     for name, source in sources.items():
         if source.offset:
             signals[name] = signals[name] + source.offset
-    return (raw_t - raw_t[0]) * sources["t"].factor, signals
+    return t, signals
 
 
 def numbered(file: Table, columns: Mapping[str, ColumnMap]) -> Table:
@@ -150,6 +155,28 @@ def held_factor(log: str, column: str, values: np.ndarray) -> np.ndarray:
     """
     check_values(log, column, values)
     return values[np.maximum(last_true(~np.isnan(values)), 0)]
+
+
+def elapsed_seconds(raw_t: np.ndarray, sources: Mapping[str, ColumnSource]) -> np.ndarray:
+    """Times (N,) [s] from the first sample on, of times in the file's unit."""
+    return (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
+
+
+def sum_speeds(columns_by_name: dict[str, np.ndarray], t: np.ndarray, sources: Mapping[str, ColumnSource]) -> None:
+    """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as."""
+    for name, source in sources.items():
+        if source.is_speed:
+            columns_by_name[name] = summed_over_time(columns_by_name[name], t)
+
+
+def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """The way (N,) since the first time (N,) [s] by a speed (N,), even from one known value to the next."""
+    known = np.isfinite(speed)
+    if not known.any():
+        return speed
+    whole = np.interp(t, t[known], speed[known])
+    way = np.concatenate([np.zeros(1), np.cumsum(0.5 * (whole[1:] + whole[:-1]) * np.diff(t))])
+    return np.where(known, way, np.nan)
 
 
 def unwrap_positions(

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from wheelpend.errors import Failure, did_you_mean
-from wheelpend.logs.columns import unit_factor
+from wheelpend.logs.columns import unit_conversion
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import parse_toml
 
@@ -80,7 +80,7 @@ def with_settings(model: Model, settings: Sequence[Setting]) -> Model:
             text = without_guess_mark(text, setting.place[:2])
     wanted = Model.parse(text, model.path)
     for name in {s.place[1] for s in settings if s.place[0] == "columns"} & set(wanted.columns):
-        unit_factor(name, wanted.columns[name].unit, wanted.table.units[name], wanted.table.inputs)
+        unit_conversion(name, wanted.columns[name].unit, wanted.table)
     return wanted
 
 

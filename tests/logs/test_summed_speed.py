@@ -1,0 +1,86 @@
+"""A speed in the place of a position: it is summed over time."""
+
+import numpy as np
+import pytest
+
+from wheelpend import Failure, Model
+from wheelpend.identification.identify import identify
+from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.noise import sensor_noise
+from wheelpend.logs.read import load_log, signals_of_file
+from wheelpend.model.settings import Setting, with_settings
+
+SLIDE, ROBOT = Model.parse('plant = "slide"\neffects = ["viscous_drive"]\n'), Model.default()
+T = np.arange(0.0, 20.0, 0.01)
+SPEED = 3.0 + np.sin(2.0 * T)
+WAY = 3.0 * T + (1.0 - np.cos(2.0 * T)) / 2.0
+VOLTS = np.sign(np.sin(T))
+
+
+def read(speed, unit="m/s", **changed):
+    table = {"t": T, "v_in": VOLTS, "speed": speed}
+    return load_log(table, {"x": ColumnMap("speed", unit, **changed)}, SLIDE.table)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("m/s", 1.0), ("cm/s", 100.0), ("mm/s", 1000.0)])
+def test_the_way_is_the_integral_of_the_speed_in_any_unit(unit, factor):
+    assert read(factor * SPEED, unit).measured[:, 0] == pytest.approx(WAY, abs=2e-4)
+    turned = read(-factor * SPEED, unit, sign=-1, offset=0.5).measured[:, 0]
+    assert turned == pytest.approx(WAY + 0.5, abs=2e-4)
+
+
+def test_where_no_speed_was_read_the_way_is_missing_and_goes_on_behind():
+    holes = SPEED.copy()
+    holes[[0, 500, 501, 1999]] = np.nan
+    way = read(holes).measured[:, 0]
+    assert np.isnan(way[[0, 500, 501, 1999]]).all() and np.isfinite(way).sum() == len(T) - 4
+    assert way[502:1999] == pytest.approx(WAY[502:1999], abs=2e-3)
+
+
+def test_it_neither_wraps_nor_starts_again():
+    steps = np.where(np.arange(len(T)) % 400 == 0, -600.0, 1.0)  # as far as an encoder that starts again
+    assert np.diff(read(steps).measured[:, 0]).min() < -2.0
+
+
+def test_raw_signals_are_summed_too(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = "\n".join(f"{t:.2f},{v:.0f},{s:.6f}" for t, v, s in zip(T, VOLTS, SPEED, strict=True))
+    path.write_text(f"t,v_in,speed\n{rows}\n")
+    t, signals = signals_of_file(path, {"x": ColumnMap("speed", "m/s")}, SLIDE.table)
+    assert signals["x"] == pytest.approx(WAY, abs=2e-4) and len(t) == len(T)
+
+
+def test_a_pitch_that_a_gyro_sums_is_refused_and_so_is_a_unit_of_another_kind():
+    columns = dict.fromkeys(("t", "v_in", "theta_w", "theta_p", "dtheta_p"), T)
+    found = load_log(columns, {"theta_w": ColumnMap("theta_w", "rpm")}, ROBOT.table)
+    assert found.measured[-1, 0] == pytest.approx(T[-1] ** 2 / 2 * np.pi / 30, rel=1e-6)
+    with pytest.raises(Failure, match="theta_p must have a unit that turns into rad"):
+        load_log(columns, {"theta_p": ColumnMap("theta_p", "deg/s")}, ROBOT.table)
+    with pytest.raises(Failure, match="x must have a unit that turns into m "):
+        read(SPEED, "rpm")
+    settings = [Setting.parse(text) for text in ("columns.x.column=speed", "columns.x.unit=m/s")]
+    assert with_settings(SLIDE, settings).columns["x"].unit == "m/s"
+
+
+def test_its_noise_is_how_far_the_sum_wanders_from_a_line_within_a_segment():
+    noise = 0.02 * np.random.default_rng(3).normal(size=len(T))
+    sigma = sensor_noise(read(SPEED + noise), {}, {}).sigma[0]
+    wander = np.cumsum(noise) * 0.01
+    pieces = wander.reshape(-1, 50)
+    line = np.arange(50.0)
+    rest = [np.std(p - np.polyval(np.polyfit(line, p, 1), line)) for p in pieces]
+    assert sigma == pytest.approx(np.sqrt(np.mean(np.square(rest))), rel=0.25)
+    assert sensor_noise(read(SPEED + noise), {"x": 0.1}, {}).sigma[0] == 0.1
+
+
+def test_inertia_and_friction_are_found_from_a_speed_alone():
+    """A slide of 0.3 V s²/m and 2 V s/m, by its closed form, behind a tachometer of 0.01 m/s of noise."""
+    volts = np.repeat(np.random.default_rng(4).uniform(-4.0, 4.0, 40), 50)
+    speed, decay = np.zeros(len(T)), np.exp(-0.01 * 2.0 / 0.3)
+    for k in range(len(T) - 1):
+        speed[k + 1] = decay * speed[k] + (1.0 - decay) * volts[k] / 2.0
+    table = {"t": T, "v_in": volts, "speed": speed + 0.01 * np.random.default_rng(5).normal(size=len(T))}
+    log = load_log(table, {"x": ColumnMap("speed", "m/s")}, SLIDE.table)
+    found = identify(SLIDE, [log]).parameters
+    for name, truth in (("X1", 0.3), ("viscous_drive.coefficient", 2.0)):
+        assert abs(found[name].value - truth) < 4.0 * found[name].sigma < 0.2 * truth
