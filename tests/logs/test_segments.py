@@ -83,6 +83,18 @@ def test_no_segment_goes_on_across_a_gap_shorter_than_the_horizon():
     assert sum(last - first for first, last in bounds) == 400 - 2 * 15 - 5  # two warm-ups, and a leftover
 
 
+@pytest.mark.parametrize(("share", "gaps"), [(0.2, 0), (0.12, 0), (0.05, 50)])
+def test_a_pause_that_one_interval_in_ten_has_is_no_gap(share, gaps):
+    """As of a logger that writes in bursts: intervals of 2 ms, and one in so many of 14 ms."""
+    intervals = np.where(np.arange(999) % round(1.0 / share) == 0, 0.014, 0.002)
+    log = synthetic(t=np.concatenate([[0.0], np.cumsum(intervals)]))
+    bounds = segment_bounds(log, 0.5)
+    long = [np.diff(log.t[a:b]).max() > 0.01 for a, b in bounds]
+    assert any(long) == (not gaps) and len(bounds) == (0 if gaps else pytest.approx(log.duration / 0.5, abs=1.0))
+    lost = synthetic(t=log.t + np.where(np.arange(1000) < 500, 0.0, 0.2))
+    assert not any(a < 500 < b for a, b in segment_bounds(lost, 0.5))
+
+
 def test_what_was_commanded_before_the_first_sample_or_in_a_gap_has_no_weight():
     t = np.arange(2000) * 0.01
     t[1000:] += 1.0

@@ -22,7 +22,7 @@ from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable
 from wheelpend.logs.guess import guess_column_maps
-from wheelpend.logs.log import GAP_INTERVAL_RATIO, REST_SHARE, Log
+from wheelpend.logs.log import REST_SHARE, Log
 from wheelpend.logs.noise import Noise, find_quantum, sensor_noise
 from wheelpend.logs.outliers import Outliers, outlier_sentences, outliers_of, without_outliers
 from wheelpend.logs.read import load_log
@@ -87,7 +87,7 @@ def inspect_log(
     raw, log = log, without_outliers(log, outliers)
     noise = noise or sensor_noise(log, {}, {})
     interval = np.diff(log.t)
-    gaps = interval[interval > GAP_INTERVAL_RATIO * log.dt]
+    gaps = interval[interval > log.longest_interval]
     corrections = LogCorrections(columns or {}, table, guessed)
     findings = [
         *log.faults,
@@ -109,7 +109,7 @@ def inspect_log(
         samples=len(log),
         duration_s=log.duration,
         rate_hz=1.0 / log.dt,
-        jitter=float(np.std(interval[interval <= GAP_INTERVAL_RATIO * log.dt]) / log.dt),
+        jitter=float(np.std(interval[interval <= log.longest_interval]) / log.dt),
         gaps={"count": len(gaps), "longest": float(gaps.max(initial=0.0))},
         channels=channel_statistics(raw, noise, table),
         findings=with_settings(findings, corrections),

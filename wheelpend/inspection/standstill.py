@@ -7,7 +7,7 @@ import numpy as np
 from wheelpend.inspection.findings import Finding
 from wheelpend.logs.checks import MOVE_CURE, stillness
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.logs.log import Log
 from wheelpend.logs.noise import Noise
 from wheelpend.logs.runs import runs_of
 
@@ -19,9 +19,9 @@ MIN_CONSTANT_SIGNAL_S = 0.5  # s for which a signal must stay the same to count 
 
 
 def find_gaps(log: Log) -> list[Finding]:
-    """The finding on intervals longer than GAP_INTERVAL_RATIO times the median one."""
+    """The finding on intervals longer than a log's own."""
     interval = np.diff(log.t)
-    gaps = np.flatnonzero(interval > GAP_INTERVAL_RATIO * log.dt)
+    gaps = np.flatnonzero(interval > log.longest_interval)
     if not len(gaps):
         return []
     k = int(gaps[np.argmax(interval[gaps])])

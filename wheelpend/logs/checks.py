@@ -10,7 +10,7 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.logs.columns import ROW_NUMBER, UNIT_CONVERSIONS, ColumnSource, ColumnTable
 from wheelpend.logs.commands import unknown_input_text
-from wheelpend.logs.log import GAP_INTERVAL_RATIO, MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log
+from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log
 from wheelpend.logs.white_noise import difference_noise
 
 MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squares of it are far from overflowing
@@ -152,8 +152,8 @@ def runaway_warnings(log: Log, table: ColumnTable) -> list[str]:
 def time_warnings(log: Log) -> list[str]:
     """Gaps, and a sample interval that looks like another unit."""
     found = []
-    interval, dt = np.diff(log.t), log.dt
-    gaps = np.flatnonzero(interval > GAP_INTERVAL_RATIO * dt)
+    interval = np.diff(log.t)
+    gaps = np.flatnonzero(interval > log.longest_interval)
     if len(gaps):
         k = int(gaps[np.argmax(interval[gaps])])
         count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"

@@ -32,6 +32,7 @@ EXCERPT_SAMPLES, EXCERPT_PARTS = (
 )  # samples, and pieces, that represent a long log in noise and interval
 MIN_SAMPLE_INTERVAL_S, MAX_SAMPLE_INTERVAL_S = 1e-6, 0.5  # s, beyond which times must be in another unit
 GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
+USUAL_SHARE, LONG_PAUSE_RATIO = 0.9, 2.0  # of the intervals, which are no gaps, nor are those so many times as long
 COMMAND_HISTORY_S = 0.5  # of earlier commands, that a part of a log keeps
 REST_DURATION_S, REST_SHARE = 0.05, 0.01  # s; share of a signal's range within which it rests
 MAX_WARM_UP_SHARE = 1 / 3  # of a log's usable samples, and of those in the third that gives its own parameters
@@ -155,6 +156,15 @@ class Log(NotebookResult):
     def dt(self) -> float:
         """Median sample interval [s]."""
         return float(np.median(np.diff(self.t[:EXCERPT_SAMPLES])))
+
+    @cached_property
+    def longest_interval(self) -> float:
+        """Interval [s] between samples, from which on a longer one is a gap.
+
+        Several times the median one; a pause that one interval in ten has is the logger's own, whatever the others are.
+        """
+        usual = float(np.quantile(np.diff(self.t[:EXCERPT_SAMPLES]), USUAL_SHARE))
+        return max(GAP_INTERVAL_RATIO * self.dt, LONG_PAUSE_RATIO * usual)
 
     @property
     def duration(self) -> float:
@@ -299,7 +309,7 @@ def _settled(log: Log, begin: int, end: int, warm_up: float) -> int:
     they are not. Where the machine rests, nothing was commanded before.
     """
     known = begin in log.breaks and not np.isnan(log.voltage[begin - 1]).any()
-    only_jumped = known and log.t[begin] - log.t[begin - 1] <= GAP_INTERVAL_RATIO * log.dt
+    only_jumped = known and log.t[begin] - log.t[begin - 1] <= log.longest_interval
     if only_jumped or begin < log.lead or _begins_at_rest(log, begin, end):
         return begin
     after = log.t[begin] + warm_up - 0.5 * log.dt  # the sample nearest to it
@@ -326,7 +336,7 @@ def gapless_ranges(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
     if not chunks:
         return []
     usable = np.concatenate([_is_usable(log, a, b) for a, b in chunks])
-    near = np.concatenate([np.diff(log.t[a : b + 1]) <= GAP_INTERVAL_RATIO * log.dt for a, b in chunks])
+    near = np.concatenate([np.diff(log.t[a : b + 1]) <= log.longest_interval for a, b in chunks])
     near[[k - 1 - start for k in log.breaks if start < k < stop]] = False
     joined = usable[1:] & usable[:-1] & near[: len(usable) - 1]
     begins = np.flatnonzero(usable & ~np.concatenate(([False], joined)))

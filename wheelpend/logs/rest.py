@@ -10,7 +10,7 @@ import numpy as np
 
 from wheelpend.logs.checks import is_step_from_rest
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.logs.log import EXCERPT_SAMPLES, GAP_INTERVAL_RATIO, REST_SHARE, Log
+from wheelpend.logs.log import EXCERPT_SAMPLES, REST_SHARE, Log
 from wheelpend.logs.noise import find_quantum, rounding_sigma
 from wheelpend.logs.white_noise import difference_noise
 
@@ -96,7 +96,7 @@ def _had_set_out(place: np.ndarray) -> bool:
 
 def _held_until(log: Log) -> int:
     """The first sample at which a command changes, or which follows a gap or a jump of a sensor; else the log's end."""
-    ends = (log.inputs[:, 1:] != log.inputs[:, :1]).any(axis=0) | (np.diff(log.t) > GAP_INTERVAL_RATIO * log.dt)
+    ends = (log.inputs[:, 1:] != log.inputs[:, :1]).any(axis=0) | (np.diff(log.t) > log.longest_interval)
     return min([*(np.flatnonzero(ends)[:1] + 1).tolist(), *log.breaks[:1], len(log)])
 
 

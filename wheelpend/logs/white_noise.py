@@ -10,7 +10,7 @@ from math import comb
 
 import numpy as np
 
-from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.logs.log import Log
 from wheelpend.numerics import last_true
 
 DIFFERENCE_ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
@@ -126,7 +126,7 @@ def _held(signal: np.ndarray) -> np.ndarray:
 
 def _predictable_samples(log: Log, lags: int) -> np.ndarray:
     """Complete samples with so many before them without a gap, at most MAX_PREDICTED_SAMPLES, spread over the log."""
-    gap = np.concatenate([[True], np.diff(log.t) > GAP_INTERVAL_RATIO * log.dt])
+    gap = np.concatenate([[True], np.diff(log.t) > log.longest_interval])
     rows = np.flatnonzero((np.arange(len(log)) - last_true(gap) >= lags) & np.isfinite(log.measured).all(axis=1))
     return rows[:: max(1, -(-rows.size // MAX_PREDICTED_SAMPLES))]
 
