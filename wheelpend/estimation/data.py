@@ -185,14 +185,16 @@ def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
     """The first sample that is held out: two thirds of a log, or of what moves where it stands still for the rest.
 
     A machine at rest follows hardly any law, and tells none from another. What moves for less than three times the
-    horizon [s] is not divided where the log ends with a rest. Raises Failure where the log begins with one and hardly
-    moves for longer than it takes to judge.
+    horizon [s] is not divided where the log ends with a rest. Raises Failure where nothing moves before what is
+    held out, nor for long enough behind that.
     """
     first, third = log.first_usable, _last_third(log)
     moving = max(rest_end(log, noise.sigma), first)
-    if moving - first > MAX_STILL_SHARE * (third - first):
-        first, third = moving, moving + (len(log) - moving) * 2 // 3
-        if len(log) - third < shortest_segment(log, horizon):
+    if moving < len(log) and moving - first > MAX_STILL_SHARE * (third - first):
+        later = moving + (len(log) - moving) * 2 // 3
+        if len(log) - later >= shortest_segment(log, horizon):
+            first, third = moving, later
+        elif rest_end(log, np.zeros(len(log.channels))) >= third:  # whatever the noise is: all motion is held out
             raise Failure(f"{log.name} must show how the machine moves for longer: it stands still until t = "
                           f"{log.t[moving]:.3g} s and moves for {log.t[-1] - log.t[moving]:.2g} s, of which a third is "
                           f"held out, and over {horizon:g} s, or a fifth of that, it is judged. Record more of the "
