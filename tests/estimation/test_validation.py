@@ -110,6 +110,26 @@ def test_a_motion_too_short_to_hold_out_a_third_of_it_is_refused_and_not_where_a
     assert quiet.data.validation[0].part.bounds[0, 0] < 0.7 * len(log)
 
 
+def test_a_short_motion_between_two_rests_is_not_left_out_of_what_is_judged():
+    t = np.arange(0.0, 6.0, 0.01)
+    place = 0.05 * np.clip((t - 3.0) / 0.2, 0.0, 1.0) + 1e-5 * np.random.default_rng(1).normal(size=len(t))
+    log = Log("short.csv", t, np.where((t > 3.0) & (t < 3.2), 3.0, 0.0), place[:, None], ("x",))
+    with pytest.raises(Failure, match=r"stands still until t = 3.*moves for 0\.[12]"):
+        prepare(Model.parse('plant = "slide"\n'), [log], lean=True)
+    creeping = replace(log, measured=log.measured + 2e-3 * np.sin(3.0 * t)[:, None])
+    held = prepare(Model.parse('plant = "slide"\n'), [creeping], lean=True).data.validation[0].part.bounds
+    assert np.ptp(creeping.measured[held[0, 0] : held[-1, 1]]) > 3e-3
+
+
+def test_a_log_that_never_leaves_its_noise_by_much_is_divided_as_any_other():
+    random = np.random.default_rng(2)
+    t = np.arange(0.0, 6.0, 0.01)
+    place = 1e-4 * random.normal(size=len(t)) + 2e-4 * np.sin(2.0 * t)
+    log = Log("quiet.csv", t, np.sign(np.sin(2.0 * t)), place[:, None], ("x",))
+    problem = prepare(Model.parse('plant = "slide"\n'), [log], lean=True)
+    assert 3.9 < log.t[problem.data.validation[0].part.bounds[0, 0]] < 4.1
+
+
 def test_one_that_moves_again_at_the_end_has_its_last_third_held_out():
     log = at_rest_from(4.2, then=0.3)
     problem = prepare(Model.default(), [log], lean=True)

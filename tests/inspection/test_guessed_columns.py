@@ -110,6 +110,8 @@ def test_a_speed_is_no_place_and_is_summed_where_nothing_else_is_one(tmp_path):
     other = {"leftCommand": pwm, "leftSpeed": speed, "rightSpeed": 0.9 * speed, "rightCommand": pwm[::-1]}
     of_two = first_look(write_csv(tmp_path / "two.csv", {"t": t, **other}))
     assert of_two.survey.speed == "leftSpeed" and of_two.survey.of_role("input") == ["leftCommand"]
+    wanted = write_csv(tmp_path / "wanted.csv", {"t": t, "PWM": pwm, "target_rpm": 1.1 * speed, "rpm": speed})
+    assert first_look(wanted).survey.speed == "rpm"
     beside = first_look(write_csv(tmp_path / "place.csv", {"t": t, "PWM": pwm, "RPM_1": speed, "x": np.cos(3.0 * t)}))
     assert beside.survey.speed == "" and beside.survey.of_role("position") == ["x"]
 

@@ -24,6 +24,11 @@ def write(path, **columns):
     return path
 
 
+def write_nameless(path, *columns):
+    path.write_text("\n".join(",".join(f"{v:.10g}" for v in row) for row in zip(*columns, strict=True)) + "\n")
+    return path
+
+
 def test_rows_are_counted_where_no_column_is_the_time_and_that_is_marked_as_a_guess(tmp_path):
     look = first_look(write(tmp_path / "log.csv", angle=ANGLE))
     assert f't = {{ column = "{ROW_NUMBER}", scale = 0.001 }}  # guessed: no column is the time' in look.model
@@ -70,12 +75,15 @@ def test_nothing_is_made_up_where_a_column_looks_like_times(tmp_path):
 def test_a_clock_that_once_goes_back_is_named_with_its_row(tmp_path):
     stamps = 1e3 * T
     stamps[100:] -= 42.0
-    path = write(tmp_path / "back.csv", a=stamps, b=ANGLE)
-    with pytest.raises(Failure, match=r"a grows evenly, but in row 101 goes from 2475 to 2458 \(1 such rows\)"):
+    path = write_nameless(tmp_path / "back.csv", stamps, ANGLE)
+    with pytest.raises(Failure, match=r"column 1 grows evenly, but in row 101 goes from 2475 to 2458 \(1 such rows\)"):
         survey_file(path)
     assert survey_file(path, 0.025).clock.column == ROW_NUMBER
-    often = write(tmp_path / "often.csv", a=np.where(np.arange(len(T)) % 10 == 0, T - 1.0, T), b=ANGLE)
-    assert survey_file(often).clock.column == ROW_NUMBER  # no clock goes back so often
+    often = np.where(np.arange(len(T)) % 10 == 0, T - 1.0, T)
+    for other in (often, np.where(T[-3] < T, T[-3] - T, T), np.rad2deg(5.0 * T) % 360.0):  # one that turns, or wraps
+        assert survey_file(write_nameless(tmp_path / "other.csv", other, ANGLE)).clock.column == ROW_NUMBER
+    named = write(tmp_path / "named.csv", position=stamps, b=ANGLE)
+    assert survey_file(named).clock.column == ROW_NUMBER
 
 
 def test_a_setting_that_is_called_after_the_time_is_no_clock(tmp_path):
@@ -83,6 +91,16 @@ def test_a_setting_that_is_called_after_the_time_is_no_clock(tmp_path):
     assert survey_file(path).clock.column == "seconds"
     alone = write(tmp_path / "alone.csv", Sample_Time=0.01 + 0.0 * T, angle=ANGLE)
     assert survey_file(alone).clock.column == ROW_NUMBER
+    with pytest.raises(Failure, match="t must grow from row to row"):
+        survey_file(write(tmp_path / "stuck.csv", t=0.0 * T, angle=ANGLE))
+
+
+@pytest.mark.parametrize("even", ["t", "time_ms"])
+def test_an_even_clock_goes_before_stamps_of_arrival(tmp_path, even):
+    arrival = T + 0.02 * np.random.default_rng(1).uniform(size=len(T))
+    scale = 1e3 if even == "time_ms" else 1.0
+    path = write(tmp_path / "log.csv", **{"timestamp": arrival, even: scale * T, "angle": ANGLE})
+    assert survey_file(path).clock.column == even
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,39 @@ def test_a_pitch_that_a_gyro_sums_is_refused_and_so_is_a_unit_of_another_kind():
     assert with_settings(SLIDE, settings).columns["x"].unit == "m/s"
 
 
+def test_single_readings_that_are_far_off_are_left_out_of_the_sum():
+    spiked = SPEED.copy()
+    spiked[[300, 900]] = 500.0
+    way = read(spiked).measured[:, 0]
+    assert np.isnan(way[[300, 900]]).all() and way[901:] == pytest.approx(WAY[901:], abs=5e-3)
+    with pytest.raises(Failure, match=r"inf"):
+        read(np.where(np.arange(len(T)) == 7, np.inf, SPEED))
+
+
+def test_a_speed_by_the_row_of_units_is_summed(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = "\n".join(f"{t:.2f},{v:.0f},{s:.6f}" for t, v, s in zip(T, VOLTS, 100.0 * SPEED, strict=True))
+    path.write_text(f"t,v_in,x\ns,V,cm/s\n{rows}\n")
+    log = load_log(path, {}, SLIDE.table)
+    assert log.measured[:, 0] == pytest.approx(WAY, abs=2e-4)
+    assert any("x is in cm/s by the file's row of units, a speed, and is summed over time." in w for w in log.warnings)
+
+
+def test_a_speed_without_noise_is_not_trusted_beyond_what_can_be_integrated():
+    assert sensor_noise(read(np.full(len(T), 3.0)), {}, {}).sigma[0] > 0.0
+
+
+def test_pauses_between_bursts_count_by_their_length_in_the_noise():
+    intervals = np.where(np.arange(len(T) - 1) % 5 == 0, 0.014, 0.002)
+    t = np.concatenate([[0.0], np.cumsum(intervals)])
+    noise = 0.02 * np.random.default_rng(3).normal(size=len(t))
+    log = load_log({"t": t, "v_in": VOLTS, "speed": SPEED + noise}, {"x": ColumnMap("speed", "m/s")}, SLIDE.table)
+    even = load_log({"t": 0.0044 * np.arange(len(t)), "v_in": VOLTS, "speed": SPEED + noise},
+                    {"x": ColumnMap("speed", "m/s")}, SLIDE.table)  # fmt: skip
+    sigma = [sensor_noise(one, {}, {}).sigma[0] for one in (log, even)]
+    assert sigma[0] / sigma[1] == pytest.approx(np.sqrt(0.0096 / 0.0044), rel=0.15)
+
+
 def test_its_noise_is_how_far_the_sum_wanders_from_a_line_within_a_segment():
     noise = 0.02 * np.random.default_rng(3).normal(size=len(T))
     sigma = sensor_noise(read(SPEED + noise), {}, {}).sigma[0]

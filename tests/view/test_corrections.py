@@ -103,6 +103,12 @@ def test_signals_are_drawn_as_they_are_read_and_as_they_are_where_no_model_reads
     assert not told["refusal"] and "quantities" not in told and series.shape == (20001, 6)
 
 
+def test_a_place_may_have_the_unit_of_its_speed_and_a_pitch_none(here):
+    units = {q["name"]: q["units"] for q in readings(here, faulty(here / "log.csv", "wrong_unit"))[0]["quantities"]}
+    assert {"rad", "deg", "rpm", "rad/s"} <= set(units["theta_w"]) and "m/s" not in units["theta_w"]
+    assert "rpm" not in units["theta_p"]
+
+
 @needs_nicegui
 @needs_browser
 @pytest.mark.slow

@@ -188,21 +188,23 @@ def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
     horizon [s] is not divided where the log ends with a rest. Raises Failure where nothing moves before what is
     held out, nor for long enough behind that.
     """
-    first, third = log.first_usable, _last_third(log)
-    moving = max(rest_end(log, noise.sigma), first)
-    if moving < len(log) and moving - first > MAX_STILL_SHARE * (third - first):
-        later = moving + (len(log) - moving) * 2 // 3
-        if len(log) - later >= shortest_segment(log, horizon):
-            first, third = moving, later
-        elif rest_end(log, np.zeros(len(log.channels))) >= third:  # whatever the noise is: all motion is held out
-            raise Failure(f"{log.name} must show how the machine moves for longer: it stands still until t = "
-                          f"{log.t[moving]:.3g} s and moves for {log.t[-1] - log.t[moving]:.2g} s, of which a third is "
-                          f"held out, and over {horizon:g} s, or a fifth of that, it is judged. Record more of the "
-                          "motion, or hold out another log (--holdout).")  # fmt: skip
-    rest = rest_begin(log, noise.sigma)
+    first, third, rest = log.first_usable, _last_third(log), rest_begin(log, noise.sigma)
     stands_still = len(log) - rest > MAX_STILL_SHARE * (len(log) - third)
     moves = log.t[min(rest, len(log) - 1)] - log.t[first] >= MIN_MOVING_HORIZONS * horizon
-    return min(first + (rest - first) * 2 // 3, third) if stands_still and moves else third
+    split = min(first + (rest - first) * 2 // 3, third) if stands_still and moves else third
+    moving = max(rest_end(log, noise.sigma), first)
+    if moving - first <= MAX_STILL_SHARE * (third - first) or moving >= rest:
+        return split
+    end = rest if stands_still else len(log)
+    later = moving + (end - moving) * 2 // 3
+    if end - later >= shortest_segment(log, horizon):
+        return later
+    if rest_end(log, np.zeros(len(log.channels))) >= split:  # whatever the noise is: all motion is held out
+        raise Failure(f"{log.name} must show how the machine moves for longer: it stands still until t = "
+                      f"{log.t[moving]:.3g} s and moves for {log.t[end - 1] - log.t[moving]:.2g} s, of which a third "
+                      f"is held out, and over {horizon:g} s, or a fifth of that, it is judged. Record more of the "
+                      "motion, or hold out another log (--holdout).")  # fmt: skip
+    return split
 
 
 def _last_third(log: Log) -> int:

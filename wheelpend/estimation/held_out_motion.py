@@ -9,6 +9,7 @@ from wheelpend.logs.columns import ColumnTable
 
 SPEED_TIME_S = 0.1  # over which a speed is a mean: a ringing is no direction
 MOVING_SHARE = 0.1  # of the largest speed: below it a machine hardly moves, or moves alike
+LARGEST_QUANTILE = 0.98  # of the speeds, taken for the largest
 UNSEEN_SHARE = 0.01  # of the fitted motion, up to which a direction is not in it
 HOLDOUT_ADVICE = "Hold out another log (--holdout), or a stretch in which the machine does more (wheelpend split)."
 
@@ -33,7 +34,7 @@ def held_out_motion_warnings(fitted: Segments, held_out: Segments, table: Column
 
 def runs_the_other_way(before: np.ndarray, after: np.ndarray) -> bool:
     """True of speeds (n,) and (m,) of which those after have mostly a direction that hardly any before have."""
-    least = MOVING_SHARE * max(np.max(np.abs(before), initial=0.0), np.max(np.abs(after), initial=0.0))
+    least = MOVING_SHARE * max(largest_speed(before), largest_speed(after))
     fitted, held_out = ([np.count_nonzero(sign * v > least) for sign in (1.0, -1.0)] for v in (before, after))
     new = int(np.argmax(held_out))
     return bool(0 < sum(fitted) * UNSEEN_SHARE >= fitted[new] and 2 * held_out[new] > len(after))
@@ -41,8 +42,13 @@ def runs_the_other_way(before: np.ndarray, after: np.ndarray) -> bool:
 
 def runs_at_one_speed(before: np.ndarray, after: np.ndarray) -> bool:
     """True of speeds (n,) and (m,) of which those after are no rest and differ by little, as against those before."""
-    least = MOVING_SHARE * float(np.max(np.abs(before), initial=0.0))
+    least = MOVING_SHARE * largest_speed(before)
     return bool(len(after)) and abs(float(np.mean(after))) > least > float(np.ptp(after))
+
+
+def largest_speed(speeds: np.ndarray) -> float:
+    """The largest of speeds (n,), but for the few that spikes make; 0 without any."""
+    return float(np.quantile(np.abs(speeds), LARGEST_QUANTILE)) if speeds.size else 0.0
 
 
 def mean_speeds(segments: Segments, place: str) -> np.ndarray:

@@ -135,7 +135,7 @@ def matters(log: Log, values: np.ndarray, jitter: float) -> bool:
 def is_uniform(log: Log) -> bool:
     """True of times that are made by counting: intervals alike but for those of gaps."""
     interval = np.diff(log.t)
-    usual = interval[interval <= GAP_INTERVAL_RATIO * log.dt]
+    usual = interval[interval <= log.longest_interval]
     return bool(np.std(usual) < MIN_JITTER_SHARE * log.dt)
 
 

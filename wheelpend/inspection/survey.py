@@ -60,6 +60,7 @@ COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of r
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
+BODY_SENSORS = ("gyro", "imu")
 SUMMED_PLACE = "place"  # what a speed comes to that is summed over time
 MAX_BACKWARD_SHARE = 0.05  # of the rows of a clock that now and then goes back
 MIN_PLACES = 10  # different readings of a place
@@ -151,7 +152,7 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     check_time(path.name, raw)
     times = "read" if found else "said" if interval else "made up"
     as_read = surveyed(path, clock, raw, values, times)
-    speed = next((c.name for c in as_read.columns if c.role == "further" and is_no_place(c.name)), "")
+    speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
     if as_read.of_role("position") or not speed or SUMMED_PLACE in values:
         return as_read
     named = {tuple(words_of(n)) for n in values}
@@ -160,6 +161,11 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     places[SUMMED_PLACE] = summed_over_time(values[speed], clock_seconds(raw, clock)) * stated_factor(speed)
     summed = surveyed(path, clock, raw, places, times)
     return summed._replace(speed=speed) if summed.of_role("position") == [SUMMED_PLACE] else as_read
+
+
+def may_be_summed(name: str) -> bool:
+    """True of a column that is called a speed, and neither a commanded one nor that of a body's gyro."""
+    return is_no_place(name) and not contains(name, REFERENCE_NAMES) and not has_word(name, BODY_SENSORS)
 
 
 def clock_seconds(raw: np.ndarray, clock: ColumnMap) -> np.ndarray:
@@ -207,7 +213,8 @@ def own_clock(path: Path, file: Table, values: Mapping[str, np.ndarray]) -> Colu
     Raises Failure where one is called so but does not grow from row to row, and where one grows only now and then, as
     stamps of arrival do, or falls evenly.
     """
-    likely = next((n for n, v in values.items() if (n == "t" or contains(n, TIME_ALIASES)) and np.ptp(v) != 0.0), "")
+    called = [n for n, v in values.items() if n == "t" or (contains(n, TIME_ALIASES) and np.ptp(v) != 0.0)]
+    likely = min(called, key=lambda n: (n != "t", unevenness(values[n])), default="")
     clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
     if clock is None and likely:
         check_time(path.name, values[likely])  # says in which row it does not grow
@@ -215,6 +222,12 @@ def own_clock(path: Path, file: Table, values: Mapping[str, np.ndarray]) -> Colu
         raise Failure(f"{path.name}: one column must be the time, growing from row to row; none of {', '.join(values)} "
                       f"does. {cure}")  # fmt: skip
     return clock
+
+
+def unevenness(stamps: np.ndarray) -> float:
+    """Scatter of the steps between stamps (N,) over their mean; infinite where they do not grow from row to row."""
+    steps = np.diff(stamps)
+    return float(np.std(steps) / np.mean(steps)) if len(steps) and (steps > 0).all() else math.inf
 
 
 def beside_clock(name: str, values: np.ndarray, t: np.ndarray) -> str:
@@ -230,7 +243,7 @@ def right_sides(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
     lefts = {(tuple(words_of(n)), role): n for n, (role, _) in roles.items()}
     found = {n: lefts[key] for n, (role, _) in roles.items() if (key := (left_name(n), role)) in lefts}
     places = [n for n, (role, _) in roles.items() if role == "position"]
-    of_body = [n for n, (role, _) in roles.items() if role == "further" and has_word(n, (*ANGLE_NAMES, "gyro", "imu"))]
+    of_body = [n for n, (role, _) in roles.items() if role == "further" and has_word(n, (*ANGLE_NAMES, *BODY_SENSORS))]
     alone = [n for n, (role, _) in roles.items() if role == "input" and n not in found and left_name(n)]
     if len(places) != 2 or not any(n in found for n in places) or of_body or alone:
         return {}
@@ -381,7 +394,9 @@ def times_cure(values: Mapping[str, np.ndarray]) -> str:
         if (steps <= 0).all() and (steps < 0).sum() >= MIN_PLACES and clock_rank(-steps[steps < 0]) == 0:
             return f"{name} falls evenly: if it is the time, sort the rows by it; else {INTERVAL_CURE}."
         back = np.flatnonzero(steps <= 0)
-        if 0 < len(back) <= MAX_BACKWARD_SHARE * len(steps) and clock_rank(steps[steps > 0]) == 0:
+        seldom = 0 < len(back) <= MAX_BACKWARD_SHARE * len(steps) and back[-1] < len(steps) - 1
+        apart = seldom and bool(np.all(np.diff(back) > 1)) and not whole_turn(stamps)
+        if apart and name.startswith(NAMELESS_PREFIX) and clock_rank(steps[steps > 0]) == 0:
             k = int(back[0])
             return (
                 f"{name} grows evenly, but in row {k + 2} goes from {stamps[k]:.15g} to {stamps[k + 1]:.15g} "

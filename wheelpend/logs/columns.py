@@ -217,9 +217,11 @@ def with_file_unit(
     unit = file_units.get(column, "")
     if not unit or unit == table.units[name] or (mapped and (mapped.unit or mapped.scale != 1.0 or mapped.times)):
         return mapped, []
-    if unit_base(unit) != table.units[name]:
+    summed = is_summed(name, unit, table)
+    if unit_base(unit) != table.units[name] and not summed:
         return mapped, [f"{column} is in '{unit}' by the file's row of units; it is read as {table.units[name]}."]
-    note = f"{column} is in {unit} by the file's row of units, and is converted to {table.units[name]}."
+    what = "a speed, and is summed over time" if summed else f"and is converted to {table.units[name]}"
+    note = f"{column} is in {unit} by the file's row of units, {what}."
     return replace(mapped or ColumnMap(column), column=column, unit=unit), [note]
 
 
@@ -238,10 +240,14 @@ def unit_conversion(name: str, unit: str, table: ColumnTable) -> tuple[float, bo
 
     Raises Failure when the quantity cannot have that unit.
     """
-    own = table.units[name]
-    may_be_summed = name in table.places and name != table.range_channel  # which no sum holds to the vertical
-    is_speed = may_be_summed and unit_base(unit) == speed_unit(own)
+    own, is_speed = table.units[name], is_summed(name, unit, table)
     return unit_factor(name, unit, speed_unit(own) if is_speed else own, table.inputs), is_speed
+
+
+def is_summed(name: str, unit: str, table: ColumnTable) -> bool:
+    """True of the unit of a place's speed, but of one that is held to the vertical, which no sum is."""
+    summable = name in table.places and name != table.range_channel
+    return summable and unit_base(unit) == speed_unit(table.units[name])
 
 
 def unit_factor(name: str, unit: str, own: str, inputs: Sequence[str] = ()) -> float:

@@ -170,7 +170,7 @@ def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
         if is_row(follows) or not is_title(follows, len(line.cells)):
             return [line], k + 1
         if len(follows.cells) == len(line.cells):
-            has_units = is_row_of_units(follows.cells)
+            has_units = is_row_of_units(follows.cells) and follows.texts <= line.texts
             return ([line, follows], k + 2) if has_units else ([line], k + 1)
     return list(table[:1]), min(1, len(table))
 
@@ -221,9 +221,9 @@ def otherwise_separated(above: Sequence[tuple[int, str]], first_row: Sequence[Li
 
 
 def is_row_of_units(cells: Sequence[str]) -> bool:
-    """True of cells that are units or empty, or of which at least half of the others are units."""
+    """True of cells of which at least half are units, those apart that are empty."""
     named = [c for c in cells if c]
-    return all(map(is_unit, cells)) or 2 * sum(map(is_unit, named)) >= len(named)
+    return 2 * sum(map(is_unit, named)) >= len(named)
 
 
 def is_unit(cell: str) -> bool:

@@ -32,6 +32,7 @@ EXCERPT_SAMPLES, EXCERPT_PARTS = (
 )  # samples, and pieces, that represent a long log in noise and interval
 MIN_SAMPLE_INTERVAL_S, MAX_SAMPLE_INTERVAL_S = 1e-6, 0.5  # s, beyond which times must be in another unit
 GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
+MAX_PAUSE_S = 0.05  # s: half of what the shortest segment lasts over the usual horizon
 USUAL_SHARE, LONG_PAUSE_RATIO = 0.9, 2.0  # of the intervals, which are no gaps, nor are those so many times as long
 COMMAND_HISTORY_S = 0.5  # of earlier commands, that a part of a log keeps
 REST_DURATION_S, REST_SHARE = 0.05, 0.01  # s; share of a signal's range within which it rests
@@ -161,10 +162,10 @@ class Log(NotebookResult):
     def longest_interval(self) -> float:
         """Interval [s] between samples, from which on a longer one is a gap.
 
-        Several times the median one; a pause that one interval in ten has is the logger's own, whatever the others are.
+        Several times the median one; a short pause that one interval in ten has is the logger's own.
         """
-        usual = float(np.quantile(np.diff(self.t[:EXCERPT_SAMPLES]), USUAL_SHARE))
-        return max(GAP_INTERVAL_RATIO * self.dt, LONG_PAUSE_RATIO * usual)
+        usual = float(np.quantile(np.diff(self.t[:EXCERPT_SAMPLES]), USUAL_SHARE)) if len(self) > 1 else 0.0
+        return max(GAP_INTERVAL_RATIO * self.dt, min(LONG_PAUSE_RATIO * usual, MAX_PAUSE_S))
 
     @property
     def duration(self) -> float:

@@ -80,15 +80,14 @@ def channel_noise(
 ) -> tuple[float, float, float]:
     """σ and step of a channel [its unit], and the expected squared error over σ², 1 unless σ is that of rounding.
 
-    ``predicted`` is σ by prediction from the past and its relative standard error. The sum of a speed wanders: σ is
-    that of a random walk about its best straight line, over the time that segments last.
+    ``predicted`` is σ by prediction from the past and its relative standard error. The sum of a speed wanders.
     """
     signal = log.measured[:, log.channels.index(channel)]
     step = quantum_of(_richest_stretch(signal, log.breaks), stated_step)
     if stated_sigma:
         return stated_sigma, step, 1.0
     if channel in log.speed_noise:
-        return log.speed_noise[channel] * float(np.sqrt(log.dt * WALK_S / 15.0)), 0.0, 1.0
+        return max(wander(log.speed_noise[channel], log), _smallest_sigma(signal)), 0.0, 1.0
     rounding, scatter = rounding_sigma(step), white_sigma(signal, predicted, log.t)
     if not step:
         scatter = max(scatter, coloured_noise(log, channel))
@@ -97,6 +96,17 @@ def channel_noise(
     is_rounding = bool(step) and sigma == rounding
     error_ratio = rounding_error(signal, step) ** 2 / rounding**2 if is_rounding else 1.0
     return max(sigma, _smallest_sigma(signal)), step, error_ratio
+
+
+def wander(speed_noise: float, log: Log) -> float:
+    """σ of the sum of a speed of such noise: that of a random walk about its best line, for as long as a segment lasts.
+
+    Its variance is a fifteenth of that at the walk's end.
+    """
+    interval = np.diff(log.t)
+    interval = interval[interval <= log.longest_interval]
+    step = float(np.sum(interval**2) / max(np.sum(interval), 1e-300))  # where some are longer these weigh more
+    return speed_noise * float(np.sqrt(step * WALK_S / 15.0))
 
 
 def quantum_of(signal: np.ndarray, stated: float | None) -> float:

@@ -91,6 +91,11 @@ def _without(signal: np.ndarray, samples: Iterable[int]) -> np.ndarray:
     return left
 
 
+def without_spikes(values: np.ndarray) -> np.ndarray:
+    """A signal (N,) with single readings missing that are far from those beside them."""
+    return _without(values, spike_sizes(values, _smallest_outlier(values[:EXCERPT_SAMPLES], find_quantum(values)), 1))
+
+
 def without_outliers(log: Log, found: Outliers) -> Log:
     """The log with its spikes missing and split at its jumps, and a warning on each channel's."""
     if not (found.spikes or found.jumps):

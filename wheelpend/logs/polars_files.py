@@ -27,7 +27,10 @@ from wheelpend.logs.csv_text import (
 )
 
 NO_SEPARATOR = "\x1f"  # stands in no table
-STAMP_PATTERN = r"^(?:(\d{4}-\d{2}-\d{2})[ T])?(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?:Z|[+-]\d{2}:?\d{2})?$"
+STAMP_PATTERN = (  # date, hours, minutes, seconds; the zone is not looked at
+    r"^(?:([0-9]{4}-[0-9]{2}-[0-9]{2})[ T])?([0-9]{1,2}):([0-5][0-9]):([0-5][0-9](?:[.,][0-9]+)?)"
+    r"(?:Z|[+-][0-9]{2}:?[0-9]{2})?$"
+)
 DAY_S = 86_400.0
 MAX_RECODED_BYTES = 300_000_000  # bytes of UTF-16 that are held a second time, as UTF-8, to be read
 

@@ -39,6 +39,7 @@ from wheelpend.logs.columns import (
 from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.noise import noise_of_values
+from wheelpend.logs.outliers import without_spikes
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
@@ -80,10 +81,10 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     sources, notes = find_sources(log_name, file.names, table, columns, file.units, file.kind)
     raw_t, columns_by_name = read_scaled_columns(log_name, file, sources, table)
     t = elapsed_seconds(raw_t, sources)
-    speed_noise = {n: noise_of_values(columns_by_name[n]) for n, source in sources.items() if source.is_speed}
-    sum_speeds(columns_by_name, t, sources)
     for name in table.required[1:]:
         check_values(log_name, name, columns_by_name[name])
+    speed_noise = {n: noise_of_values(columns_by_name[n]) for n, source in sources.items() if source.is_speed}
+    sum_speeds(columns_by_name, t, sources)
     for name in table.inputs:
         columns_by_name[name], remarks = held_commands(log_name, name, columns_by_name[name])
         notes += remarks
@@ -163,10 +164,10 @@ def elapsed_seconds(raw_t: np.ndarray, sources: Mapping[str, ColumnSource]) -> n
 
 
 def sum_speeds(columns_by_name: dict[str, np.ndarray], t: np.ndarray, sources: Mapping[str, ColumnSource]) -> None:
-    """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as."""
+    """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as, its spikes left out."""
     for name, source in sources.items():
         if source.is_speed:
-            columns_by_name[name] = summed_over_time(columns_by_name[name], t)
+            columns_by_name[name] = summed_over_time(without_spikes(columns_by_name[name]), t)
 
 
 def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:

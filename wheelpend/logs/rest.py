@@ -36,7 +36,8 @@ def rest_end(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
     """The first sample, up to which no channel of noise sigma (channels,) has moved since the log began."""
     every = max(1, len(log) // EXCERPT_SAMPLES)
     seen = log.measured[::every]
-    return every * min(_still_values(values, own) for values, own in zip(seen.T, sigma, strict=True))
+    still = min(_still_values(values, own) for values, own in zip(seen.T, sigma, strict=True))
+    return min(every * still, len(log))
 
 
 def _still_values(channel: np.ndarray, sigma: float) -> int:

@@ -17,7 +17,7 @@ import numpy as np
 from derive import plants
 from wheelpend import interruption
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
+from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, is_summed
 from wheelpend.logs.guess import guess_column_maps
 from wheelpend.logs.read import find_time_column, open_file, signals_of_file
 from wheelpend.model.record import Model
@@ -89,7 +89,7 @@ def _quantities(model: Model, path: Path) -> list[dict[str, Any]]:
         {
             "name": name,
             "own_unit": (own := model.table.units[name]),
-            "units": [unit for unit, (base, _) in UNIT_CONVERSIONS.items() if base == own],
+            "units": [u for u, (base, _) in UNIT_CONVERSIONS.items() if base == own or is_summed(name, u, model.table)],
             "is_guessed": name in guessed,
             "is_required": name in model.table.required,
             "stated": vars(model.columns.get(name) or ColumnMap(name)),

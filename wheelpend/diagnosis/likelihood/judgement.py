@@ -375,11 +375,8 @@ def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judge
     no fit has seen contradicts, where another supported one holds there.
     """
     others = _likely_besides(supported, judged)
-    return [
-        j
-        for j in supported
-        if not any(_stands_in_for(j, o) for o in others) and not any(o.overrules(j) for o in supported)
-    ]
+    ahead = [j for j in supported if not any(_stands_in_for(j, o) for o in others)]
+    return [j for j in ahead if not any(o.overrules(j) for o in ahead)]
 
 
 def certain_within(judged: Sequence[Judged], supported: Sequence[Judged], error_before: float) -> list[Judged]:
