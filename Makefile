@@ -40,9 +40,9 @@ test: $(DEV)
 test-all: $(EXTRAS)
 	$(BIN)/python -m pytest
 
-# What needs MuJoCo, FMPy, rosbags, pandas, python-control, NiceGUI or a browser, quick or not.
+# What needs MuJoCo, FMPy, rosbags, pandas, python-control, NiceGUI or a browser, quick or not, but for what takes minutes.
 test-extras: $(EXTRAS)
-	$(BIN)/python -m pytest -m extras
+	$(BIN)/python -m pytest -m "extras and not long"
 
 # The exports, with what compilers, emulators and Node.js are here; what is absent is listed.
 export-test: $(EXTRAS)

@@ -65,6 +65,7 @@ def test_a_motion_inside_is_judged_beside_the_leaders_where_data_are_likelier_wi
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.extras
 def test_an_elastic_shaft_of_a_robot_that_is_pushed_is_named_first_and_alone():
     pytest.importorskip("mujoco")

@@ -8,6 +8,7 @@ pytestmark = pytest.mark.extras  # MuJoCo plays the machine
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_push_of_ten_standard_errors_stays_where_it_is_given():
     found = try_case(Case("lawful", 11, "first_order", "wheel", "external_push", 0.7978652475353083))
     start, end, size = (found.parameters[f"external_push.{name}"] for name in ("start", "end", "torque"))
