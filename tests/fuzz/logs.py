@@ -74,6 +74,15 @@ ROW_CHANGES = {
     "long row": lambda rows, i, j, cell, name: rows[i].extend([cell] * 5),
     "empty row": lambda rows, i, j, cell, name: rows.insert(i, []),
     "row of units": lambda rows, i, j, cell, name: rows.insert(1, ["s", "V", "deg", "m", "?", cell][: len(rows[0])]),
+    "times of day": lambda rows, i, j, cell, name: set_column(
+        rows, j, lambda k, old: cell if k == i else f"{(i + k // 3600) % 24:02d}:{k // 60 % 60:02d}:{k % 60 + 0.01 * j:05.2f}"
+    ),
+    "a speed alone": lambda rows, i, j, cell, name: [
+        rows[0].__setitem__(k, "speed_rpm" if k == j else f"setting {k}") for k in range(2, len(rows[0]))
+    ],
+    "a clock that goes back": lambda rows, i, j, cell, name: set_column(
+        rows, 0, lambda k, old: 0.01 * k - (0.5 if k >= i else 0.0)
+    ),
     "comment": lambda rows, i, j, cell, name: rows.insert(i, ["# " + name]),
     "preamble": lambda rows, i, j, cell, name: rows.insert(0, [name]),
     "header again": lambda rows, i, j, cell, name: rows.insert(i, list(rows[0])),
