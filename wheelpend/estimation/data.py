@@ -94,7 +94,9 @@ def prepare(
     _require_testable_effects(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
     words = model.plant_signature.words
-    split = _split_logs(loaded, noise, horizon, words, keep_all=use_all or bool(validation_logs))
+    keep_all = use_all or bool(validation_logs)
+    begins = [len(log) if keep_all else held_out_begin(log, noise[k], horizon) for k, log in enumerate(loaded)]
+    split = _split_logs(loaded, noise, horizon, words, begins)
     held_out = zip(validation_logs, noise[len(loaded) :], strict=True)
     given = [_validation_data_of_log(log, own, horizon, words) for log, own in held_out]
     split = replace(split, validation=(*split.validation, *given))
@@ -106,7 +108,7 @@ def prepare(
     if any(derive.effects.find(e).event for e in model.effects):
         problem = with_interleaved_validation(problem, _known_event_times(model))
     else:
-        said = [*_stillness_warnings(split, noise, horizon, words), *_motion_warnings(split, model)]
+        said = [*_stillness_warnings(loaded, begins, words), *_motion_warnings(split, model)]
         problem = replace(problem, warnings=(*problem.warnings, *said))
     return replace(problem, carries=carries_over(module, model.effects))
 
@@ -169,12 +171,11 @@ def _known_event_times(model: Model) -> list[float]:
 
 
 def _split_logs(
-    logs: Sequence[Log], noise: Sequence[Noise], horizon: float, words: PlantWords, keep_all: bool
+    logs: Sequence[Log], noise: Sequence[Noise], horizon: float, words: PlantWords, begins: Sequence[int]
 ) -> DataSplit:
-    """Estimation segments of logs and, unless all are for that, validation segments from the last third of each."""
+    """Estimation segments of logs, and validation segments from the sample of each on with which these begin."""
     estimation, validation = [], []
-    for number, (log, own) in enumerate(zip(logs, noise, strict=False)):
-        split = len(log) if keep_all else held_out_begin(log, own, horizon)
+    for number, (log, own, split) in enumerate(zip(logs, noise, begins, strict=False)):
         estimation.append(_segments_of_log(log, own, horizon, 0, split, words))
         if split < len(log):
             validation.append(ValidationData(_segments_of_log(log, own, horizon, split, len(log), words), number, None))
@@ -212,15 +213,14 @@ def _last_third(log: Log) -> int:
     return log.first_usable + (len(log) - log.first_usable) * 2 // 3
 
 
-def _stillness_warnings(split: DataSplit, noise: Sequence[Noise], horizon: float, words: PlantWords) -> list[str]:
-    """A warning on each log of which more or less than the last third is held out."""
+def _stillness_warnings(logs: Sequence[Log], begins: Sequence[int], words: PlantWords) -> list[str]:
+    """A warning on each log of which more or less than the last third is held out, by the sample that begins it."""
     said = []
-    for k in (v.estimation_log for v in split.validation if v.estimation_log is not None):
-        log = split.logs[k]
-        begin, third = held_out_begin(log, noise[k], horizon), _last_third(log)
+    for log, begin in zip(logs, begins, strict=True):
+        third = _last_third(log)
         part = "last third" if begin < third else "first two thirds"
         where = "while it moves" if begin < third else "with two thirds of what moves before it"
-        if begin != third:
+        if begin not in (third, len(log)):
             said.append(
                 f"{log.name}: the {words.machine} stands still for most of the {part}, which tells no law from "
                 f"another: what is held out begins at t = {log.t[begin]:.3g} s, {where}."

@@ -211,10 +211,8 @@ def summed_speed(survey: Survey, best: Candidate, maps: Mapping[str, ColumnMap])
     (name,) = (n for n, c in best.columns.items() if c == SUMMED_PLACE)
     own, stated = speed_unit(best.table.units[name]), stated_unit(survey.speed)
     base, factor = UNIT_CONVERSIONS.get(stated, ("", 1.0))
-    scale = maps[name].scale if name in maps else 1.0
-    return {
-        name: ColumnMap(survey.speed, stated if base == own else own, scale=scale * (1.0 if base == own else factor))
-    }
+    unit, factor = (stated, 1.0) if base == own else (own, factor)
+    return {name: ColumnMap(survey.speed, unit, scale=factor * (maps[name].scale if name in maps else 1.0))}
 
 
 def followed_reference(survey: Survey, best: Candidate, maps: Mapping[str, ColumnMap]) -> dict[str, ColumnMap]:

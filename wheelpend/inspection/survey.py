@@ -151,15 +151,18 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     raw = np.arange(1.0, len(next(iter(values.values()))) + 1.0) if raw is None else raw
     check_time(path.name, raw)
     times = "read" if found else "said" if interval else "made up"
-    as_read = surveyed(path, clock, raw, values, times)
+    return with_summed_speed(surveyed(path, clock, raw, values, times), path, raw, values)
+
+
+def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict[str, np.ndarray]) -> Survey:
+    """A survey of a file without a place, with one that a speed comes to, of two wheels the left; others as read."""
     speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
     if as_read.of_role("position") or not speed or SUMMED_PLACE in values:
         return as_read
-    named = {tuple(words_of(n)) for n in values}
-    rights = {n for n in values if left_name(n) in named}  # where the left wheel's speed is taken
-    places = {n: v for n, v in values.items() if n not in {speed, *rights}}
-    places[SUMMED_PLACE] = summed_over_time(values[speed], clock_seconds(raw, clock)) * stated_factor(speed)
-    summed = surveyed(path, clock, raw, places, times)
+    named = {words for n in values if (words := tuple(words_of(n)))}
+    others = {n: v for n, v in values.items() if n != speed and left_name(n) not in named}
+    way = summed_over_time(values[speed], clock_seconds(raw, as_read.clock)) * stated_factor(speed)
+    summed = surveyed(path, as_read.clock, raw, {**others, SUMMED_PLACE: way}, as_read.times)
     return summed._replace(speed=speed) if summed.of_role("position") == [SUMMED_PLACE] else as_read
 
 

@@ -164,14 +164,15 @@ def elapsed_seconds(raw_t: np.ndarray, sources: Mapping[str, ColumnSource]) -> n
 
 
 def sum_speeds(columns_by_name: dict[str, np.ndarray], t: np.ndarray, sources: Mapping[str, ColumnSource]) -> None:
-    """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as, its spikes left out."""
+    """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as."""
     for name, source in sources.items():
         if source.is_speed:
-            columns_by_name[name] = summed_over_time(without_spikes(columns_by_name[name]), t)
+            columns_by_name[name] = summed_over_time(columns_by_name[name], t)
 
 
 def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """The way (N,) since the first time (N,) [s] by a speed (N,), even from one known value to the next."""
+    """The way (N,) since the first time (N,) [s] by a speed (N,), even from one known value to the next; no spikes."""
+    speed = without_spikes(speed)
     known = np.isfinite(speed)
     if not known.any():
         return speed
