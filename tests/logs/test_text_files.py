@@ -149,6 +149,13 @@ def test_a_header_may_be_separated_otherwise_than_the_rows(tmp_path, between, ro
     assert_same(read(tmp_path, "\n".join([between.join(NAMES), *text(rows, header=False).splitlines()])))
 
 
+@pytest.mark.parametrize("beside", ["", "note to no number"])
+def test_names_between_tabs_may_have_blanks_in_them(tmp_path, beside):
+    named = ["t (in seconds)", *NAMES[1:], *([beside] if beside else [])]
+    rows = [row + ("\t0.1" if beside else "") for row in text("\t", header=False).splitlines()]
+    assert_same(read(tmp_path, "\n".join(["\t".join(named), *rows]), {"t": ColumnMap("t (in seconds)")}))
+
+
 def test_a_row_of_units_may_be_separated_as_its_header(tmp_path):
     lines = ["Logger v1.2", " ".join(NAMES), "s V rad rad rad/s", *text("\t", header=False).splitlines()]
     assert_same(read(tmp_path, "\n".join(lines)))

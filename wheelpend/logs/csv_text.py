@@ -134,14 +134,17 @@ def is_number(cell: str) -> bool:
 
 
 def find_separator(lines: Sequence[str]) -> str:
-    """The separator between which most cells are numbers; without numbers, the one that the first line has most of."""
+    """The separator between which most cells are numbers; without numbers, the one that the first line has most of.
+
+    Of those that do equally well, the one that makes a header fit too: names between tabs may have blanks in them.
+    """
     scores = {}
     for separator in SEPARATORS:
         table = [Line(k, split_cells(line, separator)) for k, line in enumerate(lines)]
         usual = usual_width(table)
         fitting = [line for line in table if len(line.cells) == usual > 1]
-        if any(line.numbers for line in fitting):
-            scores[separator] = sum(line.numbers - line.texts for line in fitting)
+        if rows := [line for line in fitting if line.numbers]:
+            scores[separator] = sum(line.numbers - line.texts for line in rows), len(fitting)
     if scores:
         return max(scores, key=lambda s: scores[s])
     return max(",;\t", key=lines[0].count) if lines else ","
