@@ -148,3 +148,5 @@ def test_a_log_that_begins_at_rest_is_judged_from_its_first_sample():
         kept, moved[still] = moved[still].copy(), 0.5 * np.sin(40 * log.t[still])
         assert segment_bounds(replace(log), 0.5)[0].tolist() == [15, 65]
         moved[still] = kept
+    log.voltage[still] = 0.5 * np.sin(0.9 * log.t[still])  # sets out at once, from nothing: friction holds for a while
+    assert segment_bounds(replace(log), 0.5)[0].tolist() == [0, 50]

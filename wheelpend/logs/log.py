@@ -318,11 +318,15 @@ def _settled(log: Log, begin: int, end: int, warm_up: float) -> int:
 
 
 def _begins_at_rest(log: Log, begin: int, end: int) -> bool:
-    """True where nothing moves and next to nothing is commanded as a range begins: nothing was just before, either."""
+    """True where nothing moves and next to nothing is commanded as a range begins: nothing was just before, either.
+
+    A command may set out at once: what it finds at rest is not driven yet.
+    """
     last = min(begin + max(int(np.searchsorted(log.t[begin:end], log.t[begin] + REST_DURATION_S)), 2), end)
     for signals, from_zero in ((log.measured.T, False), (log.inputs, True)):
+        until = min(begin + 2, end) if from_zero else last
         for signal in signals:
-            first, known = signal[begin:last], signal[np.isfinite(signal)]
+            first, known = signal[begin:until], signal[np.isfinite(signal)]
             if not known.size or not np.isfinite(first).all():
                 return False
             spread = np.abs(first).max() if from_zero else np.ptp(first)
