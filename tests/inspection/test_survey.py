@@ -245,10 +245,39 @@ def test_a_position_may_be_anywhere_after_a_pause(tmp_path):
     t = np.concatenate([step, step + 2.2, step + 4.4])
     way = np.concatenate([0.29 - 0.4 * step, 0.2 - 0.3 * step, -0.25 + 0.4 * step])
     swing = np.concatenate([0.5 * np.cos(5.0 * step), -0.6 * np.cos(5.0 * step), 0.55 * np.cos(5.0 * step)])
-    columns = {"t": t, "pwm": np.repeat([-180.0, -140.0, 180.0], 240), "position": way, "angle": swing}
-    assert roles(written(tmp_path / "log.csv", columns))["angle"] == "position"
+    columns = {"t": t, "pwm": np.repeat([-180.0, -140.0, 180.0], 240), "position": way, "swing": swing}
+    assert roles(written(tmp_path / "log.csv", columns))["swing"] == "position"
     columns["t"] = np.arange(720) * 0.005  # the same without pauses jumps
-    assert roles(written(tmp_path / "log.csv", columns))["angle"] == "further"
+    assert roles(written(tmp_path / "log.csv", columns))["swing"] == "further"
+
+
+def test_a_clock_that_nothing_calls_one_is_a_guess_and_none_begins_below_zero(tmp_path):
+    t = np.arange(400) * 0.01
+    angle = np.exp(-0.3 * t) * np.sin(8.0 * t)
+    said, model = proposed(written(tmp_path / "log.csv", {"y1": 100.0 + t, "angle": angle}))
+    assert model["columns"]["t"]["column"] == "y1"
+    assert said.guesses["t"].startswith("no column is called a time") and "# guessed: no column is" in said.text
+    assert any(s.startswith("y1 is read as t by a guess") for s in said.sentences)
+    for named in ({"stamp": t, "angle": angle}, {"t": t, "angle": angle}):
+        assert "t" not in proposed(written(tmp_path / "log.csv", named))[0].guesses
+    coasting = {"y2": -100.0 * np.exp(-0.1 * t), "angle": angle, "row": np.arange(400.0)}
+    assert proposed(written(tmp_path / "log.csv", coasting))[1]["columns"]["t"]["column"] == "row"
+
+
+def test_what_is_called_an_angle_is_one_though_a_camera_repeats_its_readings(tmp_path):
+    t = np.arange(300) / 29.4
+    held = -19.0 * np.cos(6.6 * t[np.arange(300) // 7 * 7])  # degrees, new every seventh row
+    assert roles(written(tmp_path / "log.csv", {"t": t, "theta": held}))["theta"] == "position"
+    assert roles(written(tmp_path / "other.csv", {"t": t, "level": held}))["level"] == "further"
+    assert roles(written(tmp_path / "told.csv", {"t": t, "theta_ref": held}))["theta_ref"] != "position"
+
+
+def test_an_acceleration_is_neither_a_place_nor_summed_to_one(tmp_path):
+    t = np.arange(300) * 0.01
+    path = written(tmp_path / "log.csv", {"t": t, "xAccl": np.round(500.0 * np.cos(6.0 * t))})
+    with pytest.raises(Failure) as failed:
+        proposed(path)
+    assert "xAccl is not recognised" in str(failed.value) and "--plant" not in str(failed.value)
 
 
 def test_a_fast_rate_is_no_wrapped_angle(tmp_path):

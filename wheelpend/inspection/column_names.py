@@ -9,6 +9,7 @@ from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS, UNIT_CONVERS
 
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
 RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm")
+ACCELERATION_NAMES = ("accel", "accl")
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")
@@ -107,10 +108,15 @@ def is_called_rate(name: str) -> bool:
     return kind == "rate" if kind else contains(name, RATE_NAMES)
 
 
+def is_acceleration(name: str) -> bool:
+    """True of a column that is called an acceleration."""
+    return has_word(name, ACCELERATION_NAMES)
+
+
 def is_no_place(name: str) -> bool:
-    """True of a column that is a speed by its unit or by one of its words: no position, whatever it does."""
+    """True of a speed by its unit or by one of its words, and of an acceleration: no position, whatever it does."""
     kind = kind_by_name(name)
-    called = has_word(name, RATE_NAMES)
+    called = has_word(name, RATE_NAMES) or is_acceleration(name)
     return kind == "rate" or (called and kind != "input") or (not kind and name.lower() in SHORT_INPUT_NAMES)
 
 

@@ -129,7 +129,10 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
 
 
 def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
-    """A plant under its defaults with those of the file's columns that fit its places; None where no position does."""
+    """A plant under its defaults with those of the file's columns that fit its places.
+
+    None where no position does, nor may be one among what was not recognised.
+    """
     table = ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, {})))
     own, places = table.places, survey.of_role("position")
     rates = {survey.column(r).of: r for r in survey.of_role("rate")}
@@ -139,7 +142,7 @@ def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
     free, left = [c for c in places if c not in named.values()], [n for n in own if n not in named]
     free.sort(key=lambda c: not is_whole(survey.values[c]))  # an encoder's counts before what may be anything
     found = dict(zip(left, free, strict=False)) | named
-    if not found:
+    if not found and not survey.may_hold_place:
         return None
     columns = dict(zip(table.inputs, survey.of_role("input"), strict=False)) | {n: found[n] for n in own if n in found}
     columns |= {r: rates[columns[a]] for r, a in table.rates.items() if columns.get(a) in rates and r in table.channels}

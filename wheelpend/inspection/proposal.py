@@ -13,13 +13,20 @@ import numpy as np
 from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.angle_unit import is_in_degrees, is_small_swing
-from wheelpend.inspection.column_names import input_unit, is_no_place, may_be_input, stated_unit, unit_within
+from wheelpend.inspection.column_names import (
+    input_unit,
+    is_acceleration,
+    is_no_place,
+    may_be_input,
+    stated_unit,
+    unit_within,
+)
 from wheelpend.inspection.gravity import gravity_zero, hangs_at_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
-from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey
+from wheelpend.inspection.survey import NAMELESS_PREFIX, SUMMED_PLACE, FileColumn, Survey, is_called_clock
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, speed_unit
 from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
@@ -81,6 +88,9 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
             'hence the offset, and range = "any".'
         )
     sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
+    if "t" not in guesses and (reason := clock_reason(survey)):
+        reasons["t"] = reason
+        sentences.append(guess_sentence("t", survey.clock.column, reason))
     if survey.speed:
         maps |= (speeds := summed_speed(survey, best, maps))
         reasons |= dict.fromkeys(speeds, SUMMED_REASON)
@@ -122,6 +132,14 @@ def surplus_reasons(survey: Survey, best: Candidate) -> dict[str, str]:
         if len(columns) > len(names) and not best.by_name:
             found |= {n: f"one of {len(columns)} {role}s: {', '.join(columns)}" for n in names if n in best.columns}
     return found
+
+
+def clock_reason(survey: Survey) -> str:
+    """Why a column is read as the time that nothing calls so; nothing of one that is, or of the first without names."""
+    name = survey.clock.column
+    if survey.times != "read" or is_called_clock(name) or name == f"{NAMELESS_PREFIX}1":
+        return ""
+    return "no column is called a time, and this one grows evenly from row to row"
 
 
 def unit_of_inputs(best: Candidate) -> str:
@@ -227,20 +245,22 @@ def followed_reference(survey: Survey, best: Candidate, maps: Mapping[str, Colum
 
 def no_plant_text(survey: Survey, plant: str) -> str:
     """The message that no plant, or not the one named, has a file's columns."""
+    places_found = survey.of_role("position")
     inputs, places = (count(len(survey.of_role(r)), r) for r in ("input", "position"))
     taken = ", ".join(f"{c.name} is {c.words}" for c in survey.columns)
     what = f"the plant {plant} must have other columns than" if plant else "no plant has"
-    speeds = [c.name for c in survey.columns if c.role == "further" and is_no_place(c.name)]
+    further = [c.name for c in survey.columns if c.role == "further"]
+    speeds = [n for n in further if is_no_place(n) and not is_acceleration(n)]
     integrate = (
         f" A speed ({', '.join(speeds)}) is no position: log what the encoder counts, or the speed summed over time."
-        if speeds and not survey.of_role("position")
+        if speeds and not places_found
         else ""
     )
-    left = left_over(survey, survey.of_role("position") + survey.of_role("rate") + survey.of_role("input"))
+    left = left_over(survey, places_found + survey.of_role("rate") + survey.of_role("input"))
     rest = f" Not recognised: {', '.join(left)}." if left else ""
     return (
         f"{survey.file}: {what} {places} and {inputs}; by their names and what they do, {taken}.{integrate}{rest}"
-        + ("" if plant else plant_advice(survey, left))
+        + ("" if plant or not (places_found or survey.may_hold_place) else plant_advice(survey, left))
     )
 
 

@@ -18,6 +18,7 @@ from wheelpend.inspection.column_names import (
     contains,
     has_word,
     inputs_among,
+    is_acceleration,
     is_called_rate,
     is_called_time,
     is_command,
@@ -116,6 +117,11 @@ class Survey(NamedTuple):
         """True of a rate that is no sensor of its own."""
         return self.column(name).remark.endswith(COMPUTED)
 
+    @property
+    def may_hold_place(self) -> bool:
+        """True where a column may be a position that was not recognised as one."""
+        return any(c.role == "further" and not is_no_place(c.name) for c in self.columns)
+
     def column(self, name: str) -> FileColumn:
         """A column by its name."""
         return next(c for c in self.columns if c.name == name)
@@ -168,7 +174,8 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
 
 def may_be_summed(name: str) -> bool:
     """True of a column that is called a speed, and neither a commanded one nor that of a body's gyro."""
-    return is_no_place(name) and not contains(name, REFERENCE_NAMES) and not has_word(name, BODY_SENSORS)
+    is_speed = is_no_place(name) and not is_acceleration(name)
+    return is_speed and not contains(name, REFERENCE_NAMES) and not has_word(name, BODY_SENSORS)
 
 
 def clock_seconds(raw: np.ndarray, clock: ColumnMap) -> np.ndarray:
@@ -410,8 +417,9 @@ def times_cure(values: Mapping[str, np.ndarray]) -> str:
 
 
 def is_called_place(name: str) -> bool:
-    """True of a column that is a place by its name and unit, however far apart its readings are."""
-    return stated_base(name) in ("rad", "m") and kind_by_name(name) != "rate" and not is_no_place(name)
+    """True of a column that is a place by its name or unit, however far apart its readings are."""
+    is_angle = has_word(name, ANGLE_NAMES) and not contains(name, REFERENCE_NAMES)
+    return (stated_base(name) in ("rad", "m") or is_angle) and kind_by_name(name) != "rate" and not is_no_place(name)
 
 
 def is_place(values: np.ndarray, ranges: Sequence[tuple[int, int]]) -> bool:

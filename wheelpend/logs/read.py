@@ -260,6 +260,7 @@ def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap
     """The column of the times, with its unit: the likely one, or else one that grows as a clock does.
 
     Of those that grow from row to row the first that grows evenly and counts no rows, then one that does, then any.
+    What begins below zero is no clock unless it is called one: a speed that comes to rest grows too.
     """
     growing: dict[str, tuple[int, np.ndarray]] = {}
     for name in (*([likely] if likely else []), *free):
@@ -269,6 +270,8 @@ def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap
             continue
         steps = np.diff(values)
         if not (len(steps) and np.isfinite(values).all() and (steps > 0).all()):
+            continue
+        if values[0] < 0.0 and name != likely:
             continue
         growing.setdefault(name, (clock_rank(steps), steps))
         if name == likely or growing[name][0] == 0:
