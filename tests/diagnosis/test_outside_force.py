@@ -168,6 +168,15 @@ def test_no_segment_of_the_log_that_is_left_reaches_into_the_span():
     assert np.isfinite(log.voltage).all() and "Between 2.00 and 3.00 s" in left.warnings[-1]
 
 
+def test_a_span_that_holds_all_motion_is_left_in():
+    fallen = log_of(np.r_[np.full(240, 0.9), 0.9 * np.exp(-10.0 * np.arange(60) / RATE_HZ), np.zeros(500)])
+    let_go = log_without(fallen, [Span(0.0, 2.395, 20.0)])  # something holds it until then
+    moving = Span(2.4, 3.1, 20.0)
+    assert not outside_force._moves_without(let_go, [moving])
+    assert outside_force._moves_without(let_go, [moving._replace(end=2.5)])
+    assert outside_force._moves_without(held_log(), [Span(0.0, 1.3, 20.0)])
+
+
 def test_what_begins_as_the_command_jumps_is_not_from_outside():
     log = held_log()
     stepped = replace(log, voltage=np.where(log.t < 4.0, 0.0, 2.0))

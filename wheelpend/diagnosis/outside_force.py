@@ -48,8 +48,8 @@ class Span(NamedTuple):
 def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
     """A model's problem on logs without the spans in which something else moves the machine.
 
-    None where little is left to chance, or no few spans hold what is. Raises Failure where they leave too little of a
-    log, and what a filter along the logs does where it cannot follow the model.
+    None where little is left to chance, or no few spans hold what is, or all that moves. Raises Failure where they
+    leave too little of a log, and what a filter along the logs does where it cannot follow the model.
     """
     problem = model.problem
     if model.remainder().share < MIN_CALMED_SHARE:
@@ -58,7 +58,7 @@ def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
     forces = forces_by_filter(replace(whole, max_step=problem.max_step), Fit.at({}, model.log_values))
     pairs = zip(forces, problem.logs, strict=False)  # none where no filter could follow the model
     spans = [_spans_of_log(log, force, problem.horizon) for force, log in pairs]
-    if not any(spans):
+    if not any(spans) or not any(_moves_without(*pair) for pair in zip(problem.logs, spans, strict=True)):
         return None
     logs = [log_without(log, own) for log, own in zip(problem.logs, spans, strict=True)]
     held_out = [v.part.log for v in problem.data.validation if v.estimation_log is None]
@@ -111,6 +111,15 @@ def idle_ends(log: Log, horizon: float) -> list[Span]:
         if _moves(log, coasted, last):
             found.append(Span(float(log.t[first]), float(log.t[last - 1]), 0.0))
     return found
+
+
+def _moves_without(log: Log, spans: Sequence[Span]) -> bool:
+    """True where a log moves before, between or behind its spans: what rests there tells no law."""
+    left = np.ones(len(log), dtype=bool)
+    left[: log.first_usable] = False
+    for span in spans:
+        left[(log.t >= span.begin) & (log.t <= span.end)] = False
+    return any(_moves(log, int(first), int(last)) for first, last in runs_of(left))
 
 
 def _moves(log: Log, first: int, last: int) -> bool:
