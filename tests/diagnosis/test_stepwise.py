@@ -188,6 +188,8 @@ def test_a_pair_is_sought_behind_backlash_that_explains_a_part_and_once_more_wit
         (ended(), QUIET, 1.0, "reached"),  # one is, and nothing can be said of it
         (ended(), FOUND, 1.0, "likely"),
         (ended(), LEFT, 1.0, "likely"),
+        (ended(), LEFT, 1.1, "reached"),  # what predicts worse than sensor noise says less
+        (ended(), FOUND, 1.1, "reached"),
         (ended("slope"), FOUND, 1.0, "likely"),  # the name had been that of what resembles it
         (ended("slope"), FOUND, 1.1, "reached"),  # which predicts worse
         (ended("slope"), FOUND, 1.004, "likely"),  # by no more than makes a step

@@ -184,9 +184,16 @@ def _fit_both(
 
 
 def _is_judged_by_likelihood(problem: EstimationProblem, larger: Fit, effect: str) -> bool:
-    """True where sensor noise is out of reach, so that a search fits with random forces; and a filter can follow."""
-    play = isinstance(derive.effects.find(effect).enters, InternalPlay)
-    return larger.error > MAX_EXPLAINED_ERROR_RATIO * problem.floor and not play
+    """True where sensor noise is out of reach, of the fit and of held-out data, so that a search fits with random
+    forces; and a filter can follow.
+    """
+    if isinstance(derive.effects.find(effect).enters, InternalPlay):
+        return False
+    noise = MAX_EXPLAINED_ERROR_RATIO * problem.floor
+    if larger.error <= noise:
+        return False
+    held_out_error, _ = validation_residuals(problem.with_effects(extended_effects(problem.model, effect)), larger)
+    return not held_out_error <= noise
 
 
 def _step_of(

@@ -213,8 +213,8 @@ def _with_what_shows_later(
     """The rounds that reached sensor noise, or those by likelihood where these say more.
 
     Every segment has a start of its own, and what is small and lasts, damping above all, hardly shows over so short a
-    time. The filter sees it over the whole log, and a random force takes its place. Where effects were named already,
-    others count only if they predict as well, or at the noise floor, and leave nothing that repeats.
+    time. The filter sees it over the whole log, and a random force takes its place. What it finds counts only if it
+    predicts as well, or at the noise floor; and where effects were named already, if it leaves nothing that repeats.
     """
     error, reached, fitted = best_result(rounds)
 
@@ -226,9 +226,9 @@ def _with_what_shows_later(
     likely, warnings = found_or_warning("What sensor noise hides could not be sought", sought)
     if not likely:
         return [*rounds[:-1], replace(rounds[-1], warnings=(*rounds[-1].warnings, *warnings))] if warnings else rounds
-    if not any(r.named for r in rounds):
-        return likely if any(r.named or not r.is_explained for r in likely) else rounds
     as_good = best_result(likely)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * max(error, problem.floor)
+    if not any(r.named for r in rounds):
+        return likely if as_good and any(r.named or not r.is_explained for r in likely) else rounds
     return likely if as_good and likely[-1].is_explained and _names(likely) != _names(rounds) else rounds
 
 
