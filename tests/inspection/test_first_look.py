@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from scipy.integrate import solve_ivp
 
 from tests.inspection.test_survey import pole_on_a_cart
 from tests.plants.machines import log_of
@@ -131,6 +132,16 @@ def test_gravity_shows_where_an_angle_hangs(zero):
     found = gravity_zero(Signals(1e-3, np.zeros(t.size), {"q": np.array(states) + zero}, ""), "q", [])
     assert abs(np.angle(np.exp(1j * (found - zero)))) < 0.01
     assert zero_offset(found) == pytest.approx({0.0: 0.0, np.pi: -np.pi}.get(zero, -zero), abs=0.01)
+
+
+def test_an_arm_that_is_held_at_first_hangs_where_it_comes_to_rest(tmp_path):
+    t = np.arange(0.0, 1.2, 0.036)
+    swing = solve_ivp(lambda _, x: (x[1], -300.0 * np.sin(x[0]) - 16.0 * x[1]), (0.0, 1.2), (-0.53, 0.0), t_eval=t).y[0]
+    seen = np.round(np.r_[np.full(75, -0.53), swing] / 0.0015) * 0.0015
+    path = tmp_path / "let_go.csv"
+    rows = "".join(f"{0.036 * k:.4f},{v:.5f}\n" for k, v in enumerate(seen))
+    path.write_text("time,angle_rad\n" + rows, encoding="utf-8")
+    assert "offset" not in first_look(path).proposal.text
 
 
 def test_a_slide_has_no_gravity(tmp_path):

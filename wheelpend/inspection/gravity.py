@@ -23,7 +23,7 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], uni
     The acceleration is fitted by input, viscous and dry friction and a constant, and then by the sine and cosine of the
     angle beside them. ``unit`` is the number of the column's units in a rad.
     """
-    if signals is None:
+    if signals is None or not len(signals.rows):
         return None
     angle = signals.channels[place][signals.rows] / unit  # smoothed, a coarse log's swing would be small
     left = [gravity_fit(signals, place, inputs, unit, pulled) for pulled in (False, True)]

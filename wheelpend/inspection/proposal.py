@@ -28,6 +28,7 @@ from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import NAMELESS_PREFIX, SUMMED_PLACE, FileColumn, Survey, is_called_clock
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, speed_unit
+from wheelpend.logs.faults import held_samples
 from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
 SUMMED_REASON = "a speed, which is summed over time, as no column is a place"
@@ -177,11 +178,18 @@ def guess_comments(guesses: Mapping[str, str]) -> dict[str, str]:
 
 
 def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
-    """Reading at which a position hangs [rad], in degrees or rad as it looks; None where no gravity shows, or a way."""
+    """Reading at which a position hangs [rad], in degrees or rad as it looks; None where no gravity shows, or a way.
+
+    What is held at first is pulled nowhere: a machine that nothing drives is judged from where it is let go.
+    """
     if survey.base_of(place) != "rad" and is_small_swing(survey.values[place], survey.longest, place, inputs):
         return None
     unit = DEGREES_PER_RADIAN if looks_like_degrees(survey, place) else 1.0
-    return gravity_zero(survey.longest, place, inputs, unit)
+    signals = survey.longest
+    if signals and not inputs:
+        values = signals.channels[place]
+        signals = signals.since(held_samples(signals.dt * np.arange(len(values)), [values]))
+    return gravity_zero(signals, place, inputs, unit)
 
 
 def looks_like_degrees(survey: Survey, place: str) -> bool:

@@ -58,6 +58,11 @@ class Signals(NamedTuple):
         margin = int(4 * self.width / self.dt) + self.max_shift + 1
         return np.arange(margin, len(self.voltage) - margin, max(int(0.5 * self.width / self.dt), 1))
 
+    def since(self, first: int) -> Signals:
+        """The signals from a sample on."""
+        later = {name: values[first:] for name, values in self.channels.items()}
+        return self._replace(voltage=self.voltage[first:], channels=later)
+
     def smooth(self, name: str, order: int = 0) -> np.ndarray:
         """A derivative of a channel, or of the input, behind the Gaussian (N,)."""
         signal = self.voltage if name == self.input else self.channels[name]
