@@ -15,6 +15,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     most_telling_first,
     not_led,
 )
+from wheelpend.diagnosis.negligible import instead_of_chance_sentences
 
 BEHIND_ONE_FILTER = np.zeros(0)
 CLEAR_RISE = (-0.2, -0.1, -0.15)  # of the error: in all segments
@@ -68,6 +69,25 @@ def test_an_error_may_rise_by_less_than_the_force_falls():
     assert not lag.is_supported(100.0) and not lag.improves(100.0) and judged(155.0, 0.6).improves(100.0)
     assert judged(320.0, 0.95).improves(100.0)  # without it nothing but the force had moved the machine
     assert not judged(320.0, 0.65).improves(100.0) and judged(320.0, 1.0).improves(100.0)
+
+
+def test_what_spares_the_random_force_is_likelier_possible_and_leaves_a_tenth_of_it():
+    assert judged(100.0, 0.95).spares_force(100.0) and not judged(100.0, 0.85).spares_force(100.0)
+    assert not judged(100.0, 0.95, physical=False).spares_force(100.0)
+    assert not judged(100.0, 0.95)._replace(in_sample=-1.0).spares_force(100.0)
+    assert not judged(9000.0, 0.95).spares_force(100.0)
+
+
+def test_what_spares_the_random_force_is_told_with_its_size():
+    sizes = {"viscous_drive": 0.00055, "quadratic_drive": 8.6e-05}
+    found = [
+        SimpleNamespace(effect=name, estimates={"coefficient": SimpleNamespace(value=v, sigma=v / 5.0, unit="s/rad")})
+        for name, v in sizes.items()
+    ]
+    assert instead_of_chance_sentences([]) == ()
+    (both,), (one,) = instead_of_chance_sentences(found), instead_of_chance_sentences(found[:1])
+    assert both.startswith("With viscous_drive (coefficient 0.00055 ± 0.0001 s/rad) or quadratic_drive (")
+    assert one.startswith("With viscous_drive (coefficient 0.00055 ± 0.0001 s/rad) hardly any random force is needed")
 
 
 def test_an_error_that_rises_by_chance_is_no_argument_against_a_law_that_lowers_the_force():

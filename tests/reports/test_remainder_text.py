@@ -156,6 +156,10 @@ def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_
     assert said.startswith("Nothing more that repeats is missing; " if share else "Nothing more is missing.")
     found = SimpleNamespace(error=29.6, noise_floor=1.0, verdict="nothing_missing", remainder=left)
     assert ("so slow that" in verdict_beside_force_text(found)) == slow
+    last.remainder = replace(left, instead=("viscous_drive",))
+    said = closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing"))
+    assert ("what remains may be chance or a law" in said) == (not slow and share is not None)
+    assert "no law of these signals" not in said
 
 
 @pytest.mark.parametrize(

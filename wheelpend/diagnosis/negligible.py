@@ -1,4 +1,4 @@
-"""Effects that are certain and too small to matter: they are said, not added."""
+"""Effects that are said, not added: what is certain and too small to matter, and what does as well as chance."""
 
 from __future__ import annotations
 
@@ -26,6 +26,18 @@ def negligible_sentences(candidates: Sequence[CandidateFit], lowered: str = "the
     return (
         f"Certain, and too small to matter: {best.effect} ({_sizes(best)}){also}. It lowers {lowered} "
         f"by less than {100.0 * MIN_RELATIVE_ERROR_DECREASE:g} %, so that nothing is added.",
+    )
+
+
+def instead_of_chance_sentences(candidates: Sequence[CandidateFit]) -> tuple[str, ...]:
+    """A sentence on effects with which hardly any random force is needed, though none is certain; none without any."""
+    if not candidates:
+        return ()
+    *others, last = [f"{c.effect} ({_sizes(c)})" for c in candidates]
+    named = f"{', '.join(others)} or {last}" if others else last
+    return (
+        f"With {named} hardly any random force is needed, and the log is as likely: it is too short, or moves too "
+        "little, to tell a law from chance.",
     )
 
 

@@ -82,6 +82,7 @@ class Remainder:
     resonances: tuple[Any, ...] = ()  # narrow bands in which the filter misses far more than around them, by channel
     slow: tuple[Any, ...] = ()  # forces and errors of sensors as slow as is allowed, and whether they would be slower
     impossible: tuple[Any, ...] = ()  # laws of effects that data follow with sizes that nothing has
+    instead: tuple[str, ...] = ()  # effects with which hardly any force is needed, and the logs are as likely
     unpredicted: float | None = None  # share of the motion's mean square over the horizon that is missed; None: unknown
 
     @property

@@ -51,6 +51,7 @@ from wheelpend.estimation.validation import validation_residuals
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either part where both say much together
 ONE_STANDARD_ERROR = 0.317  # p-value of one size that is a standard error off nothing, with many blocks
 MIN_FORCE_SHARE = 1e-3  # of the drive on its row: below that a force is negligible
+SPARED_SHARE = 0.9  # of the random force, which an effect takes the place of
 MAX_SHARE = 10.0  # of the drive on its row, from which a force says that next to nothing drives it
 
 
@@ -137,6 +138,11 @@ class Judged(NamedTuple):
 
     def _error_ratio(self, error_before: float) -> float:
         return self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
+
+    def spares_force(self, error_before: float) -> bool:
+        """Possible, and as likely as hardly any random force is needed with it: what chance may do, it does too."""
+        likely = self.candidate.is_possible and self.is_likelier and not self.raises_error(error_before)
+        return likely and self.less_force > SPARED_SHARE
 
     def without_evidence(self) -> Judged:
         """The same in no structure that may be missing: what would not be worth naming is none."""

@@ -34,7 +34,7 @@ from wheelpend.diagnosis.likelihood.whitened_scores import (
     linear_effects,
 )
 from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
-from wheelpend.diagnosis.negligible import negligible_sentences
+from wheelpend.diagnosis.negligible import instead_of_chance_sentences, negligible_sentences
 from wheelpend.diagnosis.verdict import Diagnosis, structurally_equivalent
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.validation import unpredicted_share
@@ -165,6 +165,11 @@ def _last_round(base: JudgedModel, judged: Sequence[Judged], worth: set[str], pr
         told = _with_evidence_of(worth | _effects_of(accounting), judged)
         return Round((_diagnosis(base, accounting, told, progress),), base.model, larger)
     lines = negligible_sentences([j.candidate for j in small], "the error and the random force")
+    if found.verdict == "nothing_missing" and found.remainder:
+        sparing = [j for j in judged if j not in small and j.spares_force(base.validated.error)]
+        instead = [j.candidate for j in sorted(sparing, key=lambda j: -j.evidence)]
+        found = replace(found, remainder=replace(found.remainder, instead=tuple(c.effect for c in instead)))
+        lines += instead_of_chance_sentences(instead)
     return Round((replace(found, warnings=(*found.warnings, *lines)),), base.model, None)
 
 

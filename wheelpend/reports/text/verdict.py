@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
 CHANCE_SENTENCE = "what remains is left to chance: no law of these signals predicts it."
+CHANCE_OR_LAW_SENTENCE = "what remains may be chance or a law: these logs do not tell."
 SLOW_CHANCE_SENTENCE = "what remains is so slow that these logs do not tell chance from a law: record a longer one."
 MOSTLY_CHANCE_SENTENCE = (
     "What is left to chance has half the weight of all that is modelled, or more. No law of these signals is "
@@ -209,10 +210,12 @@ def is_at_noise(result: Diagnosis) -> bool:
 
 
 def chance_sentence(left: Remainder | None) -> str:
-    """What is left to chance, to follow another sentence: it may be as slow as a law on so short a log."""
+    """What is left to chance, to follow another sentence: it may be as slow as a law on so short a log, or be one."""
     strongest = left.strongest if left is not None else None
     slow = strongest is not None and strongest.at_bound and strongest.share >= NEGLIGIBLE_SHARE
-    return SLOW_CHANCE_SENTENCE if slow else CHANCE_SENTENCE
+    if slow:
+        return SLOW_CHANCE_SENTENCE
+    return CHANCE_OR_LAW_SENTENCE if left is not None and left.instead else CHANCE_SENTENCE
 
 
 def partial_explanation_text(result: Diagnosis) -> str:
