@@ -33,6 +33,15 @@ def test_one_that_swings_to_its_end_does_not_rest():
     assert T[-1] - T[rest_begin(log(decaying(30.0)), [SIGMA]) - 1] < 0.2
 
 
+@pytest.mark.parametrize(("amplitude", "rests"), [(4.0, False), (0.5, True)])
+def test_a_swing_within_the_spread_that_noise_may_have_is_no_rest(amplitude, rests):
+    sigma = 0.02  # of a camera
+    noise = sigma * np.random.default_rng(2).normal(size=len(T))
+    angle = np.where(T < 8.0, 0.3, amplitude * sigma) * np.cos(4.0 * T) + noise
+    begin, end = rest_begin(log(angle), [sigma]), rest_end(log(angle[::-1]), [sigma])
+    assert (T[min(begin, len(T) - 1)] < 8.5) == rests and (T[min(end, len(T) - 1)] > 11.5) == rests
+
+
 def test_two_links_rest_when_both_do():
     begins = [rest_begin(log(*pair), [SIGMA] * len(pair))
               for pair in ([decaying(14.0)], [decaying(14.0), decaying(17.0, 1)], [decaying(17.0, 1)])]  # fmt: skip

@@ -18,6 +18,7 @@ LEAD_S = 0.2  # of rest before a step with which a log begins: longer than a com
 GATHERED_SHARE, MIN_FIRST_STEPS = 0.6, 3  # of the largest step: until then, and so many at least, a parabola fits
 MIN_ROWS_BEFORE, MIN_SPEED_SIGMAS = 0.6, 2.0  # of such a gain, and of that speed's error, from which on it had set out
 REST_BAND_SIGMAS = 12.0  # of a channel's noise, that its readings spread at rest: a hundred million reach 11.5
+MAX_REST_SIGMAS = 2.0  # of it, that they scatter about their mean: a swing within that band scatters more
 
 
 def rest_begin(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
@@ -43,8 +44,12 @@ def rest_end(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
 def _still_values(channel: np.ndarray, sigma: float) -> int:
     """How many of a channel's values (n,), from the first on, stay in its band."""
     spread = np.fmax.accumulate(channel) - np.fmin.accumulate(channel)
-    band = max(REST_SHARE * float(np.nanmax(channel) - np.nanmin(channel)), REST_BAND_SIGMAS * sigma)
-    return int(np.count_nonzero(~(spread > band)))  # the spread only grows; nothing read is nothing moved
+    hundredth = REST_SHARE * float(np.nanmax(channel) - np.nanmin(channel))
+    still = int(np.count_nonzero(~(spread > max(hundredth, REST_BAND_SIGMAS * sigma))))  # nothing read: nothing moved
+    known = channel[:still][np.isfinite(channel[:still])]
+    if known.size and np.std(known) > max(MAX_REST_SIGMAS * sigma, hundredth):
+        return int(np.count_nonzero(~(spread > hundredth)))
+    return still
 
 
 def led_by_rest(log: Log, table: ColumnTable) -> Log:
