@@ -71,6 +71,11 @@ def test_a_name_states_its_unit_and_that_what_a_column_can_be(name, unit, kind):
     assert (stated_unit(name), kind_by_name(name)) == (unit, kind)
 
 
+def test_commands_of_a_left_and_a_right_motor_are_inputs_by_their_letter_and_a_speed_beside_them_is_none():
+    assert inputs_among(["v", "u_L", "u_R", "w_L", "omega_R", "x_r"]) == ["u_L", "u_R"]
+    assert inputs_among(["v", "u_left", "u2"]) == ["u_left", "u2"]
+
+
 def test_a_supply_voltage_is_no_input_beside_the_command():
     assert inputs_among(["u_V", "vbat_V", "motor_angle_deg"]) == ["u_V"]
     assert inputs_among(["v_V", "pos_mm"]) == ["v_V"]

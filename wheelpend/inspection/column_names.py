@@ -19,6 +19,7 @@ SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that 
 LEFT_OF_RIGHT = {"right": "left", "r": "l"}
 WHEEL_NAMES = ("wheel", "motor", "enc", "tick", "count", "pulse", "pwm", "duty")
 DUTY_NAMES = ("duty", "pwm")
+NUMBER_OR_SIDE = re.compile(r"(\d+|_[lr]|_left|_right)$")  # u1, u_L: of one of several
 SHORT_INPUT_NAMES = ("v", "cmd", "ctrl", "motor", "effort")  # inputs where no column is called one outright
 INPUT_WORDS = (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")
 INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V": ("v_in", "volt", "vir")}
@@ -30,9 +31,9 @@ SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s"), "rad/s": ("rps", "rad_s", "
 
 
 def contains(name: str, words: Sequence[str]) -> bool:
-    """True of a name that is one of the words, or has one of more than two letters in it."""
+    """True of a name that is one of the words, of a number or a side too, or has one of more than two letters in it."""
     low = name.lower()
-    return any(re.sub(r"\d+$", "", low) == w or (len(w) > 2 and w in low) for w in words)
+    return any(NUMBER_OR_SIDE.sub("", low) == w or (len(w) > 2 and w in low) for w in words)
 
 
 def words_of(name: str) -> list[str]:

@@ -274,9 +274,11 @@ def no_plant_text(survey: Survey, plant: str) -> str:
 
 def plant_advice(survey: Survey, left: list[str]) -> str:
     """How to start with a plant that one knows, with a line that says what a column is."""
-    file, has_place = survey.file, bool(survey.of_role("position"))
-    first = next((n for n in left if (may_be_input(n) if has_place else not is_no_place(n))), "...")
-    name = "v_in" if has_place else "theta_1" if first in left and survey.base_of(first) == "rad" else "x"
+    file, places = survey.file, survey.of_role("position")
+    needs_input = bool(places) and not survey.of_role("input")
+    able = (n for n in left if may_be_input(n)) if needs_input else (n for n in left if not is_no_place(n))
+    first = next(able, "...") if needs_input or not places else places[-1]
+    name = "v_in" if needs_input else "theta_1" if first != "..." and survey.base_of(first) == "rad" else "x"
     return (
         f" If you know the plant ({', '.join(plants.KNOWN_PLANTS)}), `wheelpend new FOLDER --from {file} --plant NAME` "
         "writes a model.toml with what fits; under its [columns] a line says what another column is:\n\n"
