@@ -269,6 +269,17 @@ def test_a_clock_that_nothing_calls_one_is_a_guess_and_none_begins_below_zero(tm
     assert proposed(written(tmp_path / "log.csv", coasting))[1]["columns"]["t"]["column"] == "row"
 
 
+def test_of_many_places_those_with_rates_are_the_coordinates(tmp_path):
+    t = np.arange(800) * DT_S
+    q1, q2 = 1.2 * np.cos(5.0 * t) * np.exp(-0.1 * t), 0.9 * np.sin(8.0 * t + 1.0)
+    columns = {"t": t, "q1": q1, "q2": q2, "dq1": np.gradient(q1, DT_S), "dq2": np.gradient(q2, DT_S)}
+    tips = {"tip_x": np.sin(q1) + np.sin(q1 + q2), "tip_z": -np.cos(q1) - np.cos(q1 + q2), "elbow_x": 0.5 * np.sin(q1)}
+    said, model = proposed(written(tmp_path / "log.csv", columns | tips))
+    assert model["assumptions"]["links"] == 2
+    assert [model["columns"][n]["column"] for n in ("theta_1", "theta_2")] == ["q1", "q2"]
+    assert said.guesses["theta_1"].startswith("one of 5 positions")
+
+
 def test_what_is_called_an_angle_is_one_though_a_camera_repeats_its_readings(tmp_path):
     t = np.arange(300) / 29.4
     held = -19.0 * np.cos(6.6 * t[np.arange(300) // 7 * 7])  # degrees, new every seventh row

@@ -49,7 +49,15 @@ class Candidate(NamedTuple):
 
 
 def candidates(survey: Survey, among: Sequence[str]) -> list[Candidate]:
-    """The plants among those named, under each choice that changes their columns, that a file has the columns of."""
+    """The plants among those named, under each choice that changes their columns, that a file has the columns of.
+
+    Where none has as many positions, several that have their rates beside them are a machine's coordinates, and others
+    are made from them: a tip's way, say.
+    """
+    return _with_columns_of(survey, among) or _with_columns_of(survey.with_places_of_rates(), among)
+
+
+def _with_columns_of(survey: Survey, among: Sequence[str]) -> list[Candidate]:
     found = []
     for plant in among:
         for chosen in column_choices(plant):

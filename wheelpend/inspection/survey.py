@@ -122,6 +122,16 @@ class Survey(NamedTuple):
         """True where a column may be a position that was not recognised as one."""
         return any(c.role == "further" and not is_no_place(c.name) for c in self.columns)
 
+    def with_places_of_rates(self) -> Survey:
+        """The survey with such positions alone as have a rate among the columns; as it is where less than two have."""
+        rated = {c.of for c in self.columns if c.role == "rate"}
+        if len(rated) < 2:
+            return self
+        others = [c.role == "position" and c.name not in rated for c in self.columns]
+        return self._replace(
+            columns=tuple(c._replace(role="further") if o else c for c, o in zip(self.columns, others, strict=True))
+        )
+
     def column(self, name: str) -> FileColumn:
         """A column by its name."""
         return next(c for c in self.columns if c.name == name)
