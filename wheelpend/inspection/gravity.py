@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ MIN_SWING_RAD = 0.5  # below which a spring would do as well
 MIN_POLE_SWING_RAD = 0.2  # of a pole, the cart's acceleration known
 MAX_POLE_ZERO_RAD = 0.5  # of what a pole reads as it hangs, to be measured from there
 MAX_ZERO_DEVIATION_RAD = 0.1  # of a zero from hanging or upright, within which it counts as that
+MAX_LEVEL_DEVIATION_RAD = 0.03  # the same from level, which a zero may be near by chance
 
 
 def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], unit: float = 1.0) -> float | None:
@@ -33,6 +35,43 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], uni
     zero = float(math.atan2(cosine, -sine))
     upright = math.pi - abs(zero) < MAX_ZERO_DEVIATION_RAD  # ±π alike: that on whose side the log begins
     return math.copysign(zero, math.remainder(float(angle[0]), 4 * math.pi)) if upright else zero
+
+
+class ChainZero(NamedTuple):
+    """Where the first of two links hangs, and how the angle of the second is measured."""
+
+    zero: float  # reading [rad]
+    is_relative: bool  # the second angle is against the first link
+    left: float  # power of the first link's acceleration that is not explained
+
+
+def chain_zero(
+    signals: Signals | None, links: Sequence[str], inputs: Sequence[str], unit: float = 1.0
+) -> ChainZero | None:
+    """Where the first of two links hangs, by what gravity does to it beside the second; None where no gravity shows.
+
+    As `gravity_zero`, with the reaction of the second link: its acceleration along the first, and its centripetal one.
+    """
+    if signals is None or not len(signals.rows) or not all(n in signals.channels for n in links):
+        return None
+    found = [z for z in (_chain_zero(signals, links, inputs, unit, relative) for relative in (True, False)) if z]
+    return min(found, key=lambda z: z.left, default=None)
+
+
+def _chain_zero(
+    signals: Signals, links: Sequence[str], inputs: Sequence[str], unit: float, relative: bool
+) -> ChainZero | None:
+    rows = signals.rows
+    (angle, speed, bend), second = ([signals.smooth(n, k)[rows] / unit for k in range(3)] for n in links)
+    turned, spin, twist = (b + a if relative else b for a, b in zip((angle, speed, bend), second, strict=True))
+    reaction = twist * np.cos(angle - turned) + spin**2 * np.sin(angle - turned)
+    moved = [reaction, speed, spin - speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300))]
+    moved += [signals.smooth(i)[rows] for i in inputs if i in signals.channels]
+    without, _ = residual_power(np.column_stack([*moved, np.ones(len(rows))]), bend)
+    left, coefficients = residual_power(np.column_stack([*moved, np.sin(angle), np.cos(angle)]), bend)
+    if np.ptp(signals.channels[links[0]][rows]) / unit < MIN_SWING_RAD or without < MIN_GRAVITY_GAIN * left:
+        return None
+    return ChainZero(float(math.atan2(coefficients[-1], -coefficients[-2])), relative, left)
 
 
 def hangs_at_zero(stretches: Sequence[Signals], cart: str, pole: str, unit: float = 1.0) -> bool:
@@ -100,8 +139,11 @@ def residual_power(matrix: np.ndarray, target: np.ndarray) -> tuple[float, np.nd
 
 
 def zero_offset(zero: float) -> float:
-    """What is added to an angle so that it hangs at 0: nothing, π turned back, or the zero found [rad]."""
-    if abs(zero) < MAX_ZERO_DEVIATION_RAD:
-        return 0.0
-    upright = math.pi - abs(zero) < MAX_ZERO_DEVIATION_RAD
-    return -math.copysign(math.pi, zero) if upright else -zero
+    """What is added to an angle so that it hangs at 0: nothing, π or π/2 turned back, or the zero found [rad]."""
+    conventions = (
+        (0.0, MAX_ZERO_DEVIATION_RAD),
+        (math.pi, MAX_ZERO_DEVIATION_RAD),
+        (math.pi / 2, MAX_LEVEL_DEVIATION_RAD),
+    )
+    near = next((angle for angle, most in conventions if abs(abs(zero) - angle) < most), abs(zero))
+    return -math.copysign(near, zero) if near else 0.0

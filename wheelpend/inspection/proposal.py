@@ -18,10 +18,11 @@ from wheelpend.inspection.column_names import (
     is_acceleration,
     is_no_place,
     may_be_input,
+    stated_factor,
     stated_unit,
     unit_within,
 )
-from wheelpend.inspection.gravity import gravity_zero, hangs_at_zero, zero_offset
+from wheelpend.inspection.gravity import ChainZero, chain_zero, gravity_zero, hangs_at_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
@@ -63,7 +64,9 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     missing = missing_columns(survey, best)
     untold = counted_channels(survey, best) if missing else untold  # the equations cannot be asked
     unit = unit_of_inputs(best)
-    offset = zero_offset(gravity) if best.swings and gravity is not None else 0.0
+    chain = chain_hanging_at(survey, best, inputs)
+    gravity = chain.zero if chain else gravity if best.swings else None
+    offset = zero_offset(gravity) if gravity is not None else 0.0
     guesses = guess_units(survey, best.table, best.columns, unit, untold)
     maps = column_maps(best, survey, unit) | {n: g.column for n, g in guesses.items()}
     maps |= followed_reference(survey, best, maps)
@@ -80,7 +83,8 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     if beyond:
         column = best.columns[best.table.range_channel]
         sentences.append(f'{column} is beyond ±π/2 for most of the log: it hangs or swings up, hence range = "any".')
-    offsets = {best.table.places[0]: offset} if offset else {}
+    turned = best.table.places if chain and not chain.is_relative else best.table.places[:1]
+    offsets = dict.fromkeys(turned, offset) if offset else {}
     if hangs:
         column = best.columns[best.table.range_channel]
         offsets = {best.table.range_channel: math.pi}
@@ -192,6 +196,16 @@ def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
     return gravity_zero(signals, place, inputs, unit)
 
 
+def chain_hanging_at(survey: Survey, best: Candidate, inputs: list[str]) -> ChainZero | None:
+    """Where the first of two links hangs; None of any other machine, and where no gravity shows."""
+    places = [best.columns[n] for n in best.table.places if n in best.columns]
+    are_links = len(places) == 2 and all(best.table.units[n] == "rad" for n in best.table.places)
+    if not are_links or best.table.range_channel:
+        return None
+    units = {stated_factor(p) for p in places}
+    return chain_zero(survey.longest, places, inputs, 1.0 / units.pop()) if len(units) == 1 else None
+
+
 def looks_like_degrees(survey: Survey, place: str) -> bool:
     """True of a position that states no unit and is an angle in degrees by what gravity does to it."""
     states = survey.base_of(place) == "m" or stated_unit(place)
@@ -209,9 +223,10 @@ def offset_sentence(best: Candidate, maps: Mapping[str, ColumnMap], zero: float 
         return []
     name = best.table.places[0]
     column = maps[name].column if name in maps else name
-    where = (
-        f"near {'-' if zero < 0 else ''}π: it is measured from upright" if abs(offset) == math.pi else "and not at 0"
-    )
+    where = {
+        math.pi: f"near {'-' if zero < 0 else ''}π: it is measured from upright",
+        math.pi / 2: "a quarter turn from 0: it is measured from level",
+    }.get(abs(offset), "and not at 0")
     return [f"{column} hangs at {zero:.4g} rad, {where}; {name} is 0 hanging down, hence the offset."]
 
 
