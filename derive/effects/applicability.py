@@ -78,6 +78,8 @@ ROWS_COORDINATE, ROWS_SYMBOLS = "theta_w", ("Q_w", "θw")  # their first coordin
 def in_plant_words(effect: Effect, plant: PlantSignature) -> Effect:
     """The row in words that fit a plant: its machine, what is controlled, its input and its coordinate."""
     effect = on_plant_channel(effect, plant)
+    if not plant.driven and all(effect.undriven):
+        effect = replace(effect, sentence=effect.undriven[0], means=effect.undriven[1])
     first, own = plant.coordinates[0].name, (plant.words.machine, plant.controlled_word, plant.input_word)
     words = dict(zip(WORDS_OF_ROWS, own, strict=True))
     words |= dict(zip(ROWS_SYMBOLS, ROWS_SYMBOLS if first == ROWS_COORDINATE else ("Q", first), strict=True))

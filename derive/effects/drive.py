@@ -36,6 +36,10 @@ EFFECT_ROWS = (
         (EffectParameter("coefficient", "V s/rad", letter="c", minimum=0.0, typical=0.05),),
         Force("drive", lambda a, s, coefficient: coefficient * s),
         dissipates=True,
+        undriven=(
+            "Viscous friction in the bearing.",
+            "Oil in the bearing, or air around what swings, resists in proportion to speed.",
+        ),
         means="Oil and grease cost torque in proportion to speed. Where the plant's own parameters contain it, it is "
         "no step of its own: a refit of those parameters takes it up.",
         residual="none. On the wheel pendulum it is part of X6 and X7, which a refit raises by c each; it is "
@@ -51,6 +55,10 @@ EFFECT_ROWS = (
         (EffectParameter("torque", "V", letter="F", minimum=0.0, typical=0.3),),
         DryForce("drive", lambda direction, s, torque: torque * direction),
         dissipates=True,
+        undriven=(
+            "Dry friction in the bearing.",
+            "The bearing or its seal rubs with the same torque at any speed: a swing ends at a standstill, not slowly.",
+        ),
         means="Part of the drive voltage is spent before the gearbox moves at all; it sticks at every reversal.",
         resembles="`voltage_dead_zone` (both cost voltage before anything moves, but a dead zone follows the "
         "command's sign and friction that of the slip), `rolling_resistance`.",
@@ -133,6 +141,10 @@ EFFECT_ROWS = (
             ),
         ),
         dissipates=True,
+        undriven=(
+            "Dry friction in the bearing that falls from a static to a sliding value as it starts to move.",
+            "It breaks loose with a jerk and then runs more easily: a small swing ends at once.",
+        ),
         means="It breaks loose with a jerk and then runs more easily: at small commands it moves by stick and slip.",
         ordered=("sliding", "static"),
         residual="after a refit with `coulomb_drive`, peaks of missing force within a few v of every reversal.",
@@ -165,6 +177,10 @@ EFFECT_ROWS = (
             ),
         ),
         dissipates=True,
+        undriven=(
+            "Dry friction in the bearing that winds up like a spring before it slides (Dahl).",
+            "Seals and grease give way before they slide: around a reversal the friction builds up with the angle.",
+        ),
         means="Teeth, seals and grease give way before they slide: around a reversal the friction builds up with the "
         "angle, not with the direction. With a growing stiffness it becomes dry friction.",
         approaches="coulomb_drive",
@@ -252,6 +268,10 @@ EFFECT_ROWS = (
         (EffectParameter("coefficient", "V s²/rad²", letter="c", minimum=0.0, typical=0.05),),
         Force("drive", lambda a, s, coefficient: coefficient * s * Magnitude(s)),
         dissipates=True,
+        undriven=(
+            "Drag that grows with the square of the speed.",
+            "What swings pushes air: fast motion costs more than viscous friction says.",
+        ),
         means="Fast motion costs more than viscous friction says, as with churning grease or a fan.",
         resembles="`air_drag`; with a negative size, which is impossible, dry friction.",
     ),

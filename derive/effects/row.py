@@ -164,6 +164,7 @@ class Effect:
     )  # fmt: skip
     dissipates: bool = False
     means: str = ""  # consequence for the machine, in a sentence
+    undriven: tuple[str, str] = ("", "")  # sentence and consequence on a machine that nothing drives, if others
     needs_motor: bool = False  # True where it is a motor's or its gearbox's, on a port that may be without
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
     ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order

@@ -92,10 +92,15 @@ def test_effects_parameters_and_columns_have_the_unit_of_the_input():
     assert signature.usual_limits == (0.4, 0.0)  # of the paper's commands, in V
 
 
-def test_sentences_on_a_plant_without_input_speak_of_what_moves_it():
-    signature = Model.parse('plant = "pendulum"\neffects = []\n').plant_signature
-    row = in_plant_words(derive.effects.find("coulomb_drive"), signature)
-    assert row.means.startswith("Part of the drive torque is spent")
+@pytest.mark.parametrize("kind", ["viscous", "coulomb", "stribeck", "presliding", "quadratic"])
+def test_a_machine_that_nothing_drives_has_a_bearing_and_no_gearbox(kind):
+    free = Model.parse('plant = "pendulum"\neffects = []\n').plant_signature
+    row = in_plant_words(derive.effects.find(f"{kind}_drive"), free)
+    for text in (row.sentence, row.means):
+        assert not any(word in text for word in ("motor", "gear", "drive", "Teeth", "fan", "command", "plant's"))
+    driven = model("pendulum", "N m").plant_signature
+    assert in_plant_words(derive.effects.find(f"{kind}_drive"), driven).sentence != row.sentence
+    assert not any(derive.effects.find(f"{kind}_joint").undriven)
 
 
 def test_the_generated_text_and_the_equations_speak_of_the_input():
