@@ -66,6 +66,14 @@ def test_a_positive_parameter_that_is_smaller_than_two_standard_errors_is_not_de
     assert undetermined(table, ("X1", "coulomb_drive.torque")) == ()
 
 
+def test_logs_that_determine_no_parameter_of_the_plant_judge_no_model():
+    lost, known = Estimate(6890.0, 1.6e7, "V s²/rad"), Estimate(0.1, 0.001, "V s²/rad")
+    (said,) = undetermined({"X1": lost})
+    assert "do not determine it. They judge no model" in said
+    assert "judge no model" not in undetermined({"X1": lost, "X2": known})[0]
+    assert "judge no model" not in undetermined({"X1": lost, "X2": lost}, ("X2",))[0]
+
+
 @pytest.mark.parametrize(
     ("name", "found"),
     [

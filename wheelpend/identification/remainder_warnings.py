@@ -97,7 +97,10 @@ def _bound_sentence(parameter: FreeParameter, bound: float, beyond: str) -> str:
 def undetermined_warnings(
     module: KernelModule, plant: PlantSignature, table: Mapping[str, Estimate], told: Collection[str] = ()
 ) -> tuple[str, ...]:
-    """A warning of the positive parameters whose 95 % interval reaches to zero, but for those already told."""
+    """A warning of the positive parameters whose 95 % interval reaches to zero, but for those already told.
+
+    Where these are all that the plant itself has, logs judge no model at all.
+    """
     found = {
         n: e
         for n, e in table.items()
@@ -107,7 +110,9 @@ def undetermined_warnings(
     zero = [n for n in found if (row := effect_parameter(n, plant)) and row.absent == 0.0]
     own = [n for n in found if n not in zero]
     cure = "`wheelpend design` writes the command for a log that does." if plant.driven else "Record larger motion."
-    said = (f"{_values_text(own, found)}: these logs do not determine {_them(own)}. {cure}",) if own else ()
+    known = [n for n, e in table.items() if n not in own and effect_parameter(n, plant) is None and e.value != 0.0]
+    nothing = "" if known or told else " They judge no model: what they are said to miss, or not to miss, means nothing."
+    said = (f"{_values_text(own, found)}: these logs do not determine {_them(own)}.{nothing} {cure}",) if own else ()
     return said + tuple(f"{_values_text([n], found)}: these logs do not tell it from zero, and the model may do "
                         f"without {effect_of(n)}." for n in zero)  # fmt: skip
 
