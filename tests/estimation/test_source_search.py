@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from tests.estimation.test_filter_error import MASS, SLIDE, recorded
+from wheelpend import Model
 from wheelpend.estimation import source_search
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.filter_fit import Effort
-from wheelpend.estimation.random_source import RandomSource, possible_forces
+from wheelpend.estimation.random_source import RandomSource, possible_errors, possible_forces
 from wheelpend.identification.filter_error_method import filter_estimator
 
 FORCE = RandomSource("cart", (1.0,), (0.0,), 1.0, 0.1)
@@ -50,3 +51,28 @@ def test_what_is_likeliest_at_a_start_leaves_the_parameters_there():
     sources = estimator.in_all_logs((estimator.sized(force, 1.0, 0.05),))
     begun, ended = estimator.point(start, sources), estimator.fit(start, sources, source_search.SOURCES_ALONE)
     assert np.array_equal(ended.theta, start) and ended.deviance < begun.deviance - 10.0
+
+
+@pytest.mark.parametrize(("slow", "fast"), [(5.0, 2.0), (5.0, 0.0), (0.0, 2.0)])
+def test_a_sensor_may_be_wrong_slowly_and_fast_and_gets_a_second_error_only_then(slow, fast):
+    t, random = np.arange(0.0, 10.0, 0.005), np.random.default_rng(5)
+    log = recorded("slide", t, 6.0 * np.sin(7.0 * t))
+    sigma = 1e-3
+    for size, time in ((slow, 0.2), (fast, 0.01)):
+        decay, error = np.exp(-0.005 / time), [0.0]
+        for step in random.standard_normal(t.size - 1):
+            error.append(decay * error[-1] + np.sqrt(1.0 - decay**2) * step)
+        log.measured[:, 0] += size * sigma * np.array(error)
+    stated = f"[sensors.noise]\nx = {sigma}\ndx = 0.02\n"
+    model = Model.parse(f'plant = "slide"\n[assumptions]\nrate_sensor = true\n{stated}')
+    estimator, _ = filter_estimator(prepare(model, [log], use_all=True, lean=True), {"X1": MASS})
+    errors = possible_errors(("x", "dx"), 1)
+    force = possible_forces(SLIDE.plant_signature, 2)[0]
+    one = [estimator.sized(force, 0.05, 0.05), estimator.sized(errors[0], 3.0, 0.05)]
+    point = estimator.fit(estimator.problem.space.start(), estimator.in_all_logs(tuple(one)))
+    found = source_search.with_second_errors(estimator, point, errors)
+    own = sorted(s.correlation_time for s in found.kinds if s.place == "x")
+    if slow and fast:
+        assert 0.004 < own[0] < 0.025 < 0.08 < own[1] and found.deviance < point.deviance - 30.0
+    else:
+        assert found is point and len(own) == 1

@@ -23,6 +23,7 @@ POLISH = Effort(6, 0.5, True)  # of the fit that ends with them
 MAX_SEARCH_SAMPLES = 10_000  # of all logs together, on which sources are chosen
 FREEST = Effort(25, 0.1, True, holds_times=True)  # of the fit that begins the search
 START = Effort(6, 10.0, True, holds_times=True)  # of fits that decide between starts
+SECOND_ERROR_EFFORT = Effort(10, 0.5, True)  # of fits with a second error of a sensor
 SOURCES_ALONE = Effort(12, 1.0, False, holds_parameters=True)  # of fits that find what is likeliest at a start
 TRIAL_FORCE_SHARES, TRIAL_ERROR_SIGMAS = (0.2, 0.01), (2.0, 0.5)  # first sizes that are tried of a source
 TRIAL_TIMES_S = (0.003, 0.03, 0.3)  # s, its first correlation times
@@ -117,6 +118,41 @@ def _freest(estimator: FilterEstimator, starts: Sequence[np.ndarray], possible: 
     return min(ended, key=lambda p: p.deviance)
 
 
+def with_second_errors(estimator: FilterEstimator, point: FilterPoint, errors: Sources) -> FilterPoint:
+    """A fit with a second error of such sensors as have one, where that is likelier than chance would make it.
+
+    What a sensor reads may be wrong slowly and fast: by play and by quantisation, say. Of the two the likelihood may
+    have found either, with a force that stands for the other; from there no size of it promises anything, so that it
+    is fitted whatever it promises.
+    """
+    starts = [s for e in errors for s in _starts_of_second(estimator, point, e)]
+    trials = [estimator.fit(point.theta, sources, SECOND_ERROR_EFFORT) for sources in starts]
+    best = min(trials, key=lambda p: p.deviance, default=point)
+    if best is point or not _is_worth(estimator, best, point):
+        return point
+    more = without_needless(estimator, best)
+    return with_second_errors(estimator, more, errors) if _seconds(more) > _seconds(point) else point
+
+
+def _seconds(point: FilterPoint) -> int:
+    """How many of a point's sources are second errors of their sensors."""
+    return len(point.kinds) - len({s.kind for s in point.kinds})
+
+
+def _starts_of_second(estimator: FilterEstimator, point: FilterPoint, error: RandomSource) -> list[tuple[Sources, ...]]:
+    """Sources of all logs with a second error of a sensor that has one: the likeliest faster and slower one."""
+    own = [s for s in point.kinds if s.kind == error.kind]
+    if error.lags or len(own) != 1:
+        return []
+    sizes = list(_first_sizes(estimator, error))
+    sides = (
+        [s for s in sizes if s.correlation_time < own[0].correlation_time],
+        [s for s in sizes if s.correlation_time > own[0].correlation_time],
+    )
+    found = [_likeliest_beside(estimator, point, point.sources, side) for side in sides if side]
+    return [f[1] for f in found if f is not None]
+
+
 def _is_worth(estimator: FilterEstimator, more: FilterPoint, less: FilterPoint) -> bool:
     """True where a fit with more sources is likelier than one with fewer by more than chance would make it."""
     return more.deviance + _penalty(estimator, more) < less.deviance + _penalty(estimator, less)
@@ -198,8 +234,15 @@ def _best_first_size(
 
     None where no size can be filtered.
     """
+    return _likeliest_beside(estimator, point, beside, _first_sizes(estimator, source))
+
+
+def _likeliest_beside(
+    estimator: FilterEstimator, point: FilterPoint, beside: tuple[Sources, ...], trials: Iterable[RandomSource]
+) -> tuple[float, tuple[Sources, ...]] | None:
+    """Deviance, and sources of all logs, with the likeliest of several sources beside others; None as above."""
     tried = []
-    for trial in _first_sizes(estimator, source):
+    for trial in trials:
         sources = tuple((*own, trial) for own in beside)
         tried.append((float(estimator.problem.deviances(point.theta, sources).sum()), sources))
     best = min(tried, key=lambda t: t[0])

@@ -22,6 +22,7 @@ from wheelpend.diagnosis.likelihood.filtered_model import (
     LogValues,
     estimator_of,
     moved_to,
+    possible_sources,
 )
 from wheelpend.diagnosis.refit import clip_to_bounds, replace_contained
 from wheelpend.diagnosis.score_test import EffectSize
@@ -29,7 +30,7 @@ from wheelpend.estimation.filter_fit import Effort, FilterEstimator
 from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
 from wheelpend.estimation.random_source import Sources, with_forces
-from wheelpend.estimation.source_search import SOURCES_ALONE, without_needless
+from wheelpend.estimation.source_search import SOURCES_ALONE, with_second_errors, without_needless
 
 FORCE_STARTS = ((1.0, 1.0), (0.3, 0.1))  # share of the found force's size and time, from which refits start
 ANEW_FORCE_SHARE = 0.03  # of the drive: a random force, at most, with which a fit begins from what is known
@@ -118,9 +119,14 @@ def refitted(model: FilteredModel) -> FilteredModel:
 
 
 def settled(model: FilteredModel) -> FilteredModel:
-    """A model fitted to its end, without the random sources that it does not need any more."""
+    """A model fitted to its end, without the random sources that it does not need any more.
+
+    A sensor's error may become two there. In a model that lacks an effect the second one would stand for that.
+    """
     estimator, point = model.estimator, model.point
-    return moved_to(model, without_needless(estimator, estimator.fit(point.theta, point.sources, SETTLED_EFFORT)))
+    fewest = without_needless(estimator, estimator.fit(point.theta, point.sources, SETTLED_EFFORT))
+    more = with_second_errors(estimator, fewest, possible_sources(model.problem)[1])
+    return moved_to(model, more if more is fewest else estimator.fit(more.theta, more.sources))
 
 
 def fitted_to_all(model: FilteredModel) -> FilteredModel:
