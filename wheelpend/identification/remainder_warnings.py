@@ -111,7 +111,7 @@ def undetermined_warnings(
     own = [n for n in found if n not in zero]
     cure = "`wheelpend design` writes the command for a log that does." if plant.driven else "Record larger motion."
     known = [n for n, e in table.items() if n not in own and effect_parameter(n, plant) is None and e.value != 0.0]
-    nothing = "" if known or told else " They judge no model: what they are said to miss, or not to miss, means nothing."
+    nothing = "" if known or told else " They judge no model: what they are said to miss, or not, means nothing."
     said = (f"{_values_text(own, found)}: these logs do not determine {_them(own)}.{nothing} {cure}",) if own else ()
     return said + tuple(f"{_values_text([n], found)}: these logs do not tell it from zero, and the model may do "
                         f"without {effect_of(n)}." for n in zero)  # fmt: skip
