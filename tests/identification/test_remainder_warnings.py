@@ -72,6 +72,9 @@ def test_logs_that_determine_no_parameter_of_the_plant_judge_no_model():
     assert "do not determine it. They judge no model" in said
     assert "judge no model" not in undetermined({"X1": lost, "X2": known})[0]
     assert "judge no model" not in undetermined({"X1": lost, "X2": lost}, ("X2",))[0]
+    assert "judge no model" in undetermined({"X1": lost, "X2": Estimate(0.1, 0.3, "V s²/rad", identifiable=False)})[0]
+    stiffness = {"presliding_drive.stiffness": Estimate(6890.0, 1.6e7, "V/rad")}
+    assert not any("judge no model" in s for s in undetermined(stiffness)), "the plant's own are fixed"
 
 
 @pytest.mark.parametrize(

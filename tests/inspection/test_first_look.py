@@ -144,8 +144,9 @@ def test_an_arm_that_is_held_at_first_hangs_where_it_comes_to_rest(tmp_path):
     assert "offset" not in first_look(path).proposal.text
 
 
-@pytest.mark.parametrize(("relative", "zero"), [(True, np.pi / 2), (True, 0.0), (False, -0.7)])
-def test_gravity_shows_where_the_first_of_two_links_hangs(relative, zero, tmp_path):
+@pytest.mark.parametrize("unit", ["_rad", "_deg", ""])
+@pytest.mark.parametrize(("relative", "zero"), [(True, np.pi / 2), (True, 0.0), (False, -0.7), (True, np.pi)])
+def test_gravity_shows_where_the_first_of_two_links_hangs(relative, zero, unit, tmp_path):
     def rates(_, x):  # two equal point masses on equal massless links
         bend = x[0] - x[1]
         matrix = np.array([[2.0, np.cos(bend)], [np.cos(bend), 1.0]])
@@ -157,9 +158,10 @@ def test_gravity_shows_where_the_first_of_two_links_hangs(relative, zero, tmp_pa
     one, two, *_ = solve_ivp(rates, (0.0, 8.0), (1.1, 0.3, 0.0, 0.0), t_eval=t, rtol=1e-8).y
     seen = np.c_[one, two - one if relative else two] + (zero if not relative else (zero, 0.0))
     seen += 1e-4 * np.random.default_rng(4).normal(size=seen.shape)
+    seen *= 1.0 if unit == "_rad" else 180.0 / np.pi
     path = tmp_path / "chain.csv"
     rows = "".join(f"{s:.4f},{a:.6f},{b:.6f}\n" for s, (a, b) in zip(t, seen, strict=True))
-    path.write_text("t,theta1_rad,theta2_rad\n" + rows, encoding="utf-8")
+    path.write_text(f"t,theta1{unit},theta2{unit}\n" + rows, encoding="utf-8")
     found = tomllib.loads(first_look(path).proposal.text)["columns"]
     assert found["theta_1"].get("offset", 0.0) == pytest.approx(-zero, abs=0.03)
     assert found["theta_2"].get("offset", 0.0) == pytest.approx(0.0 if relative else -zero, abs=0.03)

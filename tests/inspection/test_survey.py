@@ -262,9 +262,13 @@ def test_a_clock_that_nothing_calls_one_is_a_guess_and_none_begins_below_zero(tm
     said, model = proposed(written(tmp_path / "log.csv", {"y1": 100.0 + t, "angle": angle}))
     assert model["columns"]["t"]["column"] == "y1"
     assert said.guesses["t"].startswith("no column is called a time") and "# guessed: no column is" in said.text
+    restarted = {"time": np.r_[t[:200], t[:200]], "y1": 100.0 + t, "angle": angle}
+    assert proposed(written(tmp_path / "log.csv", restarted))[0].guesses["t"].startswith("time does not grow")
     assert any(s.startswith("y1 is read as t by a guess") for s in said.sentences)
     for named in ({"stamp": t, "angle": angle}, {"t": t, "angle": angle}):
         assert "t" not in proposed(written(tmp_path / "log.csv", named))[0].guesses
+    before_trigger = {"x-axis": t - 1.0, "angle": angle}
+    assert proposed(written(tmp_path / "log.csv", before_trigger))[1]["columns"]["t"]["column"] == "x-axis"
     coasting = {"y2": -100.0 * np.exp(-0.1 * t), "angle": angle, "row": np.arange(400.0)}
     assert proposed(written(tmp_path / "log.csv", coasting))[1]["columns"]["t"]["column"] == "row"
 
@@ -285,7 +289,8 @@ def test_what_is_called_an_angle_is_one_though_a_camera_repeats_its_readings(tmp
     held = -19.0 * np.cos(6.6 * t[np.arange(300) // 7 * 7])  # degrees, new every seventh row
     assert roles(written(tmp_path / "log.csv", {"t": t, "theta": held}))["theta"] == "position"
     assert roles(written(tmp_path / "other.csv", {"t": t, "level": held}))["level"] == "further"
-    assert roles(written(tmp_path / "told.csv", {"t": t, "theta_ref": held}))["theta_ref"] != "position"
+    for name in ("theta_ref", "theta_err", "angle_cmd", "theta_acc", "theta_ddot", "pitch_pid", "thetaSp"):
+        assert roles(written(tmp_path / "told.csv", {"t": t, name: held}))[name] != "position", name
 
 
 def test_an_acceleration_is_neither_a_place_nor_summed_to_one(tmp_path):

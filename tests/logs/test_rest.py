@@ -42,6 +42,12 @@ def test_a_swing_within_the_spread_that_noise_may_have_is_no_rest(amplitude, res
     assert (T[min(begin, len(T) - 1)] < 8.5) == rests and (T[min(end, len(T) - 1)] > 11.5) == rests
 
 
+def test_a_long_rest_may_drift():
+    angle = np.where(T < 5.0, 0.1 * np.cos(4.0 * T), 7.5 * SIGMA * (T - 5.0) / 15.0)
+    begin = rest_begin(log(angle + SIGMA * np.random.default_rng(3).normal(size=len(T))), [SIGMA])
+    assert 4.5 < T[begin] < 10.0, "ten seconds of it are known for a rest"
+
+
 def test_two_links_rest_when_both_do():
     begins = [rest_begin(log(*pair), [SIGMA] * len(pair))
               for pair in ([decaying(14.0)], [decaying(14.0), decaying(17.0, 1)], [decaying(17.0, 1)])]  # fmt: skip

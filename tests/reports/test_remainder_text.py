@@ -117,6 +117,13 @@ DRIVING = ImpossibleLaw("ground_viscous", {"coefficient": -0.002381}, 1e-6)
 SLOW, RINGING = SlowSource("dtheta_p", False, 5.0, 14.8, 1e-5), Resonance("theta_w", 100.2, 0.01, 0.2, 1e-9)
 
 
+def test_a_sensor_with_two_errors_is_told_with_both():
+    error = SensorError(8.2e-5, "rad", 2.7, 0.01, 0.16, 0.0, 0.7, 5e-4)
+    said = " ".join(remainder_sentences(Remainder(sensors={"theta_p": error}), MODEL))
+    assert "theta_p has two errors of its own, of 0.082 mrad (2.7 σ) together, correlation time 160 ms, " in said
+    assert "0.7 σ of it 500 µs: a slow and a fast one." in said
+
+
 @pytest.mark.parametrize(
     ("left", "text"),
     [

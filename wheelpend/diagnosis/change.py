@@ -192,7 +192,8 @@ def _is_judged_by_likelihood(problem: EstimationProblem, larger: Fit, effect: st
     noise = MAX_EXPLAINED_ERROR_RATIO * problem.floor
     if larger.error <= noise:
         return False
-    held_out_error, _ = validation_residuals(problem.with_effects(extended_effects(problem.model, effect)), larger)
+    judging = with_stable_step(problem.with_effects(extended_effects(problem.model, effect)), larger.values)
+    held_out_error, _ = validation_residuals(judging, larger)
     return not held_out_error <= noise
 
 

@@ -36,8 +36,8 @@ def instead_of_chance_sentences(candidates: Sequence[CandidateFit]) -> tuple[str
     *others, last = [f"{c.effect} ({_sizes(c)})" for c in candidates]
     named = f"{', '.join(others)} or {last}" if others else last
     return (
-        f"With {named} hardly any random force is needed, and the log is as likely: it is too short, or moves too "
-        "little, to tell a law from chance.",
+        f"With {named} hardly any random force is needed, and what was measured is as likely or likelier: it is too "
+        "short, or moves too little, to tell a law from chance.",
     )
 
 

@@ -131,7 +131,7 @@ def with_second_errors(estimator: FilterEstimator, point: FilterPoint, errors: S
     if best is point or not _is_worth(estimator, best, point):
         return point
     more = without_needless(estimator, best)
-    return with_second_errors(estimator, more, errors) if _seconds(more) > _seconds(point) else point
+    return with_second_errors(estimator, more, errors) if _seconds(more) > _seconds(point) else more
 
 
 def _seconds(point: FilterPoint) -> int:

@@ -49,7 +49,7 @@ class RowForce:
 
 @dataclass(frozen=True)
 class SensorError:
-    """The random error of a sensor, besides its white noise."""
+    """The random error of a sensor, besides its white noise; of two the time of the larger, and both together."""
 
     rms: float  # in the unit of the channel
     unit: str
@@ -57,6 +57,8 @@ class SensorError:
     share_of_signal: float  # its rms over the channel's standard deviation
     correlation_time_s: float
     lag_s: float = 0.0  # time of the low-pass filter behind which it reads; 0 for none
+    smaller_sigmas: float = 0.0  # rms over the sensor's σ of the smaller one, where it has two; 0 where it has one
+    smaller_time_s: float = 0.0  # correlation time of that
 
     def to_json(self) -> dict[str, Any]:
         """The error under the keys of JSON."""
@@ -181,7 +183,9 @@ def _sensor_error(
     leading = max(sources, key=lambda s: s[1])[0]
     lag = max((s.correlation_time for s, _ in sources if s.lags), default=0.0)
     share = rms / deviation if deviation else np.inf
-    return SensorError(rms, unit, rms / sigma, share, leading.correlation_time, lag)
+    plain = sorted((size, s.correlation_time) for s, size in sources if not s.lags)
+    smaller, smaller_time = plain[0] if len(plain) > 1 else (0.0, 0.0)
+    return SensorError(rms, unit, rms / sigma, share, leading.correlation_time, lag, smaller / sigma, smaller_time)
 
 
 def _row_force(

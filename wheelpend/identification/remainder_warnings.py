@@ -99,22 +99,30 @@ def undetermined_warnings(
 ) -> tuple[str, ...]:
     """A warning of the positive parameters whose 95 % interval reaches to zero, but for those already told.
 
-    Where these are all that the plant itself has, logs judge no model at all.
+    Where logs determine no parameter of the plant itself, none being fixed, they judge no model at all.
     """
     found = {
         n: e
         for n, e in table.items()
         if e.identifiable and n not in told and _is_positive(n, module, plant)
-        and e.value != 0.0 and e.sigma > MAX_KNOWN_SIGMA_SHARE * abs(e.value)
+        and e.value != 0.0 and _is_unknown(e)
     }  # fmt: skip
     zero = [n for n in found if (row := effect_parameter(n, plant)) and row.absent == 0.0]
     own = [n for n in found if n not in zero]
     cure = "`wheelpend design` writes the command for a log that does." if plant.driven else "Record larger motion."
-    known = [n for n, e in table.items() if n not in own and effect_parameter(n, plant) is None and e.value != 0.0]
-    nothing = "" if known or told else " They judge no model: what they are said to miss, or not, means nothing."
+    of_plant = {
+        n: e for n, e in table.items() if effect_parameter(n, plant) is None and (e.value or not e.identifiable)
+    }
+    known = any(e.identifiable and not _is_unknown(e) for e in of_plant.values())
+    judges = known or not of_plant or any(effect_parameter(n, plant) is None for n in told)
+    nothing = "" if judges else " They judge no model: what they are said to miss, or not, means nothing."
     said = (f"{_values_text(own, found)}: these logs do not determine {_them(own)}.{nothing} {cure}",) if own else ()
     return said + tuple(f"{_values_text([n], found)}: these logs do not tell it from zero, and the model may do "
                         f"without {effect_of(n)}." for n in zero)  # fmt: skip
+
+
+def _is_unknown(estimate: Estimate) -> bool:
+    return estimate.sigma > MAX_KNOWN_SIGMA_SHARE * abs(estimate.value)
 
 
 def _values_text(names: Sequence[str], table: Mapping[str, Estimate]) -> str:

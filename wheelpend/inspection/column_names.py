@@ -9,7 +9,19 @@ from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS, UNIT_CONVERS
 
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
 RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm")
-ACCELERATION_NAMES = ("accel", "accl")
+ACCELERATION_NAMES = ("accel", "accl", "ddot", "ddtheta", "ddq")
+NO_READINGS = (
+    "acc",
+    "err",
+    "error",
+    "cmd",
+    "sp",
+    "set",
+    "des",
+    "pid",
+    "out",
+    "integral",
+)  # of a controller
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")
@@ -111,7 +123,13 @@ def is_called_rate(name: str) -> bool:
 
 def is_acceleration(name: str) -> bool:
     """True of a column that is called an acceleration."""
-    return has_word(name, ACCELERATION_NAMES)
+    return has_word(name, ACCELERATION_NAMES) or "acc" in words_of(name)
+
+
+def is_called_angle(name: str) -> bool:
+    """True of a column that is called an angle that is read: no set point, no error and no acceleration of one."""
+    controls = contains(name, REFERENCE_NAMES) or any(w in NO_READINGS for w in words_of(name))
+    return has_word(name, ANGLE_NAMES) and not controls and not is_acceleration(name)
 
 
 def is_no_place(name: str) -> bool:

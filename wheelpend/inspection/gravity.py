@@ -32,9 +32,7 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], uni
     if np.ptp(angle) < MIN_SWING_RAD or left[0][0] < MIN_GRAVITY_GAIN * left[1][0]:
         return None
     sine, cosine = left[1][1][-2:]
-    zero = float(math.atan2(cosine, -sine))
-    upright = math.pi - abs(zero) < MAX_ZERO_DEVIATION_RAD  # ±π alike: that on whose side the log begins
-    return math.copysign(zero, math.remainder(float(angle[0]), 4 * math.pi)) if upright else zero
+    return _on_the_side_of(float(math.atan2(cosine, -sine)), float(angle[0]))
 
 
 class ChainZero(NamedTuple):
@@ -71,7 +69,14 @@ def _chain_zero(
     left, coefficients = residual_power(np.column_stack([*moved, np.sin(angle), np.cos(angle)]), bend)
     if np.ptp(signals.channels[links[0]][rows]) / unit < MIN_SWING_RAD or without < MIN_GRAVITY_GAIN * left:
         return None
-    return ChainZero(float(math.atan2(coefficients[-1], -coefficients[-2])), relative, left)
+    zero = float(math.atan2(coefficients[-1], -coefficients[-2]))
+    return ChainZero(_on_the_side_of(zero, float(angle[0])), relative, left)
+
+
+def _on_the_side_of(zero: float, begin: float) -> float:
+    """A zero [rad]; one near ±π, which are alike, on the side on which the log begins [rad]."""
+    upright = math.pi - abs(zero) < MAX_ZERO_DEVIATION_RAD
+    return math.copysign(zero, math.remainder(begin, 4 * math.pi)) if upright else zero
 
 
 def hangs_at_zero(stretches: Sequence[Signals], cart: str, pole: str, unit: float = 1.0) -> bool:

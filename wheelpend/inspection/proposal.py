@@ -18,7 +18,6 @@ from wheelpend.inspection.column_names import (
     is_acceleration,
     is_no_place,
     may_be_input,
-    stated_factor,
     stated_unit,
     unit_within,
 )
@@ -64,12 +63,13 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     missing = missing_columns(survey, best)
     untold = counted_channels(survey, best) if missing else untold  # the equations cannot be asked
     unit = unit_of_inputs(best)
-    chain = chain_hanging_at(survey, best, inputs)
-    gravity = chain.zero if chain else gravity if best.swings else None
-    offset = zero_offset(gravity) if gravity is not None else 0.0
     guesses = guess_units(survey, best.table, best.columns, unit, untold)
     maps = column_maps(best, survey, unit) | {n: g.column for n, g in guesses.items()}
     maps |= followed_reference(survey, best, maps)
+    chain = chain_hanging_at(survey, best, inputs, maps)
+    gravity = chain.zero if chain else gravity if best.swings else None
+    offset = zero_offset(gravity) if gravity is not None else 0.0
+    turned = best.table.places if chain and not chain.is_relative else best.table.places[:1]
     reasons = surplus_reasons(survey, best) | {n: g.reason for n, g in guesses.items()}
     beyond = is_beyond_its_range(survey, best, maps)
     hangs = not beyond and is_hanging_pole(survey, best)
@@ -78,12 +78,11 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     sentences = [
         plants_sentence(found or [best]),
         *role_sentences(survey, best),
-        *offset_sentence(best, maps, gravity, offset),
+        *offset_sentence(best, maps, gravity, offset, turned),
     ]
     if beyond:
         column = best.columns[best.table.range_channel]
         sentences.append(f'{column} is beyond ±π/2 for most of the log: it hangs or swings up, hence range = "any".')
-    turned = best.table.places if chain and not chain.is_relative else best.table.places[:1]
     offsets = dict.fromkeys(turned, offset) if offset else {}
     if hangs:
         column = best.columns[best.table.range_channel]
@@ -144,7 +143,9 @@ def clock_reason(survey: Survey) -> str:
     name = survey.clock.column
     if survey.times != "read" or is_called_clock(name) or name == f"{NAMELESS_PREFIX}1":
         return ""
-    return "no column is called a time, and this one grows evenly from row to row"
+    called = next((c.name for c in survey.columns if is_called_clock(c.name)), "")
+    others = f"{called} does not grow from row to row" if called else "no column is called a time"
+    return f"{others}, and this one does" if called else f"{others}, and this one grows from row to row"
 
 
 def unit_of_inputs(best: Candidate) -> str:
@@ -196,14 +197,26 @@ def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
     return gravity_zero(signals, place, inputs, unit)
 
 
-def chain_hanging_at(survey: Survey, best: Candidate, inputs: list[str]) -> ChainZero | None:
-    """Where the first of two links hangs; None of any other machine, and where no gravity shows."""
+def chain_hanging_at(
+    survey: Survey, best: Candidate, inputs: list[str], maps: Mapping[str, ColumnMap]
+) -> ChainZero | None:
+    """Where the first of two links hangs; None of any other machine, and where no gravity shows.
+
+    Of angles without a unit that is stated, ``maps`` say how many of theirs are a rad.
+    """
     places = [best.columns[n] for n in best.table.places if n in best.columns]
     are_links = len(places) == 2 and all(best.table.units[n] == "rad" for n in best.table.places)
     if not are_links or best.table.range_channel:
         return None
-    units = {stated_factor(p) for p in places}
-    return chain_zero(survey.longest, places, inputs, 1.0 / units.pop()) if len(units) == 1 else None
+    factors = {_guessed_factor(p, maps.get(n)) for n, p in zip(best.table.places, places, strict=True)}
+    return chain_zero(survey.longest, places, inputs, 1.0 / factors.pop()) if len(factors) == 1 else None
+
+
+def _guessed_factor(column: str, read_as: ColumnMap | None) -> float:
+    """Factor that brings a surveyed column to the unit of SI: a stated unit is in its values already."""
+    if stated_unit(column) or read_as is None:
+        return 1.0
+    return abs(read_as.scale) * UNIT_CONVERSIONS[read_as.unit or "rad"][1]
 
 
 def looks_like_degrees(survey: Survey, place: str) -> bool:
@@ -217,8 +230,10 @@ def guess_sentence(name: str, column: str, reason: str) -> str:
     return f"{column} is read as {name} by a guess: {reason}."
 
 
-def offset_sentence(best: Candidate, maps: Mapping[str, ColumnMap], zero: float | None, offset: float) -> list[str]:
-    """What is said of an angle that does not hang at 0."""
+def offset_sentence(
+    best: Candidate, maps: Mapping[str, ColumnMap], zero: float | None, offset: float, turned: Collection[str]
+) -> list[str]:
+    """What is said of an angle that does not hang at 0, and of those that are ``turned`` with it."""
     if not offset or zero is None:
         return []
     name = best.table.places[0]
@@ -227,7 +242,8 @@ def offset_sentence(best: Candidate, maps: Mapping[str, ColumnMap], zero: float 
         math.pi: f"near {'-' if zero < 0 else ''}π: it is measured from upright",
         math.pi / 2: "a quarter turn from 0: it is measured from level",
     }.get(abs(offset), "and not at 0")
-    return [f"{column} hangs at {zero:.4g} rad, {where}; {name} is 0 hanging down, hence the offset."]
+    too = "" if len(turned) < 2 else f" That of {' and '.join([*turned][1:])} is the same: it is measured as the first."
+    return [f"{column} hangs at {zero:.4g} rad, {where}; {name} is 0 hanging down, hence the offset.{too}"]
 
 
 def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnMap]:

@@ -19,6 +19,7 @@ from wheelpend.inspection.column_names import (
     has_word,
     inputs_among,
     is_acceleration,
+    is_called_angle,
     is_called_rate,
     is_called_time,
     is_command,
@@ -428,8 +429,8 @@ def times_cure(values: Mapping[str, np.ndarray]) -> str:
 
 def is_called_place(name: str) -> bool:
     """True of a column that is a place by its name or unit, however far apart its readings are."""
-    is_angle = has_word(name, ANGLE_NAMES) and not contains(name, REFERENCE_NAMES)
-    return (stated_base(name) in ("rad", "m") or is_angle) and kind_by_name(name) != "rate" and not is_no_place(name)
+    called = stated_base(name) in ("rad", "m") or is_called_angle(name)
+    return called and kind_by_name(name) != "rate" and not is_no_place(name)
 
 
 def is_place(values: np.ndarray, ranges: Sequence[tuple[int, int]]) -> bool:

@@ -48,6 +48,7 @@ from wheelpend.numerics import last_true
 
 CLOCK_UNITS = {"micros": "us", "millis": "ms"}  # units that clocks are called after
 MAX_CLOCK_SPREAD = 0.5  # of a usual interval, by which half of a clock's differ at most
+MAX_SPREAD_FROM_BELOW = 0.05  # the same of one that begins below zero, as before a trigger
 
 
 def load_log(
@@ -260,7 +261,7 @@ def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap
     """The column of the times, with its unit: the likely one, or else one that grows as a clock does.
 
     Of those that grow from row to row the first that grows evenly and counts no rows, then one that does, then any.
-    What begins below zero is no clock unless it is called one: a speed that comes to rest grows too.
+    What begins below zero is a clock only where it is as even as one: a speed that comes to rest grows too.
     """
     growing: dict[str, tuple[int, np.ndarray]] = {}
     for name in (*([likely] if likely else []), *free):
@@ -271,7 +272,7 @@ def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap
         steps = np.diff(values)
         if not (len(steps) and np.isfinite(values).all() and (steps > 0).all()):
             continue
-        if values[0] < 0.0 and name != likely:
+        if values[0] < 0.0 and name != likely and step_spread(steps) > MAX_SPREAD_FROM_BELOW:
             continue
         growing.setdefault(name, (clock_rank(steps), steps))
         if name == likely or growing[name][0] == 0:
@@ -284,8 +285,13 @@ def clock_rank(steps: np.ndarray) -> int:
     """How unlike a clock's are steps (N,) that are all positive: 0 of even ones, 1 of a counter's, 2 of any others."""
     if (steps == 1.0).all():
         return 1
+    return 0 if step_spread(steps) < MAX_CLOCK_SPREAD else 2
+
+
+def step_spread(steps: np.ndarray) -> float:
+    """By how much half of the steps (N,) of a column that grows differ, over a usual one."""
     low, usual, high = np.quantile(steps, [0.25, 0.5, 0.75])
-    return 0 if high - low < MAX_CLOCK_SPREAD * usual else 2
+    return float((high - low) / usual)
 
 
 def clock_map(name: str, steps: np.ndarray) -> ColumnMap:

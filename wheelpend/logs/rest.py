@@ -13,6 +13,7 @@ from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import EXCERPT_SAMPLES, REST_SHARE, Log
 from wheelpend.logs.noise import find_quantum, rounding_sigma
 from wheelpend.logs.white_noise import difference_noise
+from wheelpend.numerics import last_true
 
 LEAD_S = 0.2  # of rest before a step with which a log begins: longer than a command is remembered
 GATHERED_SHARE, MIN_FIRST_STEPS = 0.6, 3  # of the largest step: until then, and so many at least, a parabola fits
@@ -46,10 +47,17 @@ def _still_values(channel: np.ndarray, sigma: float) -> int:
     spread = np.fmax.accumulate(channel) - np.fmin.accumulate(channel)
     hundredth = REST_SHARE * float(np.nanmax(channel) - np.nanmin(channel))
     still = int(np.count_nonzero(~(spread > max(hundredth, REST_BAND_SIGMAS * sigma))))  # nothing read: nothing moved
-    known = channel[:still][np.isfinite(channel[:still])]
-    if known.size and np.std(known) > max(MAX_REST_SIGMAS * sigma, hundredth):
-        return int(np.count_nonzero(~(spread > hundredth)))
-    return still
+    scatter = _growing_deviation(channel[:still])
+    return int(last_true(scatter <= max(MAX_REST_SIGMAS * sigma, hundredth))[-1]) + 1 if still else 0
+
+
+def _growing_deviation(values: np.ndarray) -> np.ndarray:
+    """Standard deviation of the first one, two, ... of values (n,), of those that are known."""
+    known = np.isfinite(values)
+    centred = np.where(known, values - (np.nanmean(values) if known.any() else 0.0), 0.0)
+    count = np.maximum(np.cumsum(known), 1)
+    mean = np.cumsum(centred) / count
+    return np.sqrt(np.maximum(np.cumsum(centred**2) / count - mean**2, 0.0))
 
 
 def led_by_rest(log: Log, table: ColumnTable) -> Log:

@@ -140,7 +140,7 @@ class Judged(NamedTuple):
         return self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
 
     def spares_force(self, error_before: float) -> bool:
-        """Possible, and as likely as hardly any random force is needed with it: what chance may do, it does too."""
+        """Possible and likelier, with hardly any random force left: what chance may have done, it does too."""
         likely = self.candidate.is_possible and self.is_likelier and not self.raises_error(error_before)
         return likely and self.less_force > SPARED_SHARE
 

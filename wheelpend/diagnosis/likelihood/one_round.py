@@ -23,6 +23,7 @@ from wheelpend.diagnosis.likelihood.meaning import without_meaning
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
 from wheelpend.diagnosis.likelihood.refits import (
     fitted_to_all,
+    gone_on_with,
     settled,
     without_effect,
 )
@@ -114,7 +115,7 @@ def _round_of_supported(
         rivals = [j for j in behind if _is_rival(j, one)]
         rest = [first, *(j for j in behind if not _is_rival(j, one))]
         instead = partial(_round_of_supported, base, rivals, rest, known, worth, added, progress)
-        return Round((found,), base.model, larger, instead=instead if rivals else None)
+        return Round((found,), base.model, gone_on_with(larger), instead=instead if rivals else None)
     return None
 
 
@@ -199,7 +200,7 @@ def _without_rest(one: Judged, progress: Progress) -> FilteredModel | None:
     progress(f"looking for what repeats with {one.candidate.effect}")
     larger = settled(one.model)
     accounts = not without_meaning(larger) and not searched_remainder(fitted_to_all(larger)).what_repeats
-    return larger if accounts else None
+    return gone_on_with(larger) if accounts else None
 
 
 def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], added: Collection[str], progress: Progress) -> Round:
@@ -215,7 +216,7 @@ def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], added: Collection[
         _diagnosis(pair.base, [first], [first, *others], progress),
         _diagnosis(pair.with_first, [second], [second], progress),
     )
-    return Round(found, pair.base.model, larger if _can_stay(larger, pair.base.model, added) else None)
+    return Round(found, pair.base.model, gone_on_with(larger) if _can_stay(larger, pair.base.model, added) else None)
 
 
 def _can_stay(larger: FilteredModel, model: FilteredModel, added: Collection[str]) -> bool:

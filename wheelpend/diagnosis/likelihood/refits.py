@@ -119,14 +119,20 @@ def refitted(model: FilteredModel) -> FilteredModel:
 
 
 def settled(model: FilteredModel) -> FilteredModel:
-    """A model fitted to its end, without the random sources that it does not need any more.
+    """A model fitted to its end, without the random sources that it does not need any more."""
+    estimator, point = model.estimator, model.point
+    return moved_to(model, without_needless(estimator, estimator.fit(point.theta, point.sources, SETTLED_EFFORT)))
 
-    A sensor's error may become two there. In a model that lacks an effect the second one would stand for that.
+
+def gone_on_with(model: FilteredModel) -> FilteredModel:
+    """A settled model, a sensor's error two where that is likelier: what the search goes on with.
+
+    An effect is judged before: what the second error gains is not its merit. And in a model that lacks an effect the
+    second one would stand for that.
     """
     estimator, point = model.estimator, model.point
-    fewest = without_needless(estimator, estimator.fit(point.theta, point.sources, SETTLED_EFFORT))
-    more = with_second_errors(estimator, fewest, possible_sources(model.problem)[1])
-    return moved_to(model, more if more is fewest else estimator.fit(more.theta, more.sources))
+    more = with_second_errors(estimator, point, possible_sources(model.problem)[1])
+    return model if more is point else moved_to(model, estimator.fit(more.theta, more.sources))
 
 
 def fitted_to_all(model: FilteredModel) -> FilteredModel:
@@ -135,7 +141,7 @@ def fitted_to_all(model: FilteredModel) -> FilteredModel:
     if whole.problem.count == model.estimator.problem.count:
         return model
     begun = FilteredModel(model.problem, whole, whole.point(model.point.theta, model.point.sources))
-    return settled(begun) if np.isfinite(begun.point.deviance) else model
+    return gone_on_with(settled(begun)) if np.isfinite(begun.point.deviance) else model
 
 
 def at_sources(model: FilteredModel, sources: Sequence[Sources]) -> FilteredModel:
