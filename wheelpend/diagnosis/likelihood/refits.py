@@ -141,7 +141,7 @@ def fitted_to_all(model: FilteredModel) -> FilteredModel:
     if whole.problem.count == model.estimator.problem.count:
         return model
     begun = FilteredModel(model.problem, whole, whole.point(model.point.theta, model.point.sources))
-    return gone_on_with(settled(begun)) if np.isfinite(begun.point.deviance) else model
+    return settled(begun) if np.isfinite(begun.point.deviance) else model
 
 
 def at_sources(model: FilteredModel, sources: Sequence[Sources]) -> FilteredModel:
