@@ -115,11 +115,8 @@ def idle_ends(log: Log, horizon: float) -> list[Span]:
 
 def _moves_without(log: Log, spans: Sequence[Span]) -> bool:
     """True where a log moves before, between or behind its spans: what rests there tells no law."""
-    left = np.ones(len(log), dtype=bool)
-    left[: log.first_usable] = False
-    for span in spans:
-        left[(log.t >= span.begin) & (log.t <= span.end)] = False
-    return any(_moves(log, int(first), int(last)) for first, last in runs_of(left))
+    left = log_without(log, spans)
+    return any(_moves(left, stretch.begin, stretch.end) for stretch in left.stretches)
 
 
 def _moves(log: Log, first: int, last: int) -> bool:

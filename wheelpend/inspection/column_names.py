@@ -10,18 +10,7 @@ from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS, UNIT_CONVERS
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
 RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm")
 ACCELERATION_NAMES = ("accel", "accl", "ddot", "ddtheta", "ddq")
-NO_READINGS = (
-    "acc",
-    "err",
-    "error",
-    "cmd",
-    "sp",
-    "set",
-    "des",
-    "pid",
-    "out",
-    "integral",
-)  # of a controller
+NO_READINGS = ("err", "error", "cmd", "sp", "set", "des", "pid", "out", "integral")  # words of what a controller makes
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")

@@ -63,7 +63,7 @@ def _chain_zero(
     (angle, speed, bend), second = ([signals.smooth(n, k)[rows] / unit for k in range(3)] for n in links)
     turned, spin, twist = (b + a if relative else b for a, b in zip((angle, speed, bend), second, strict=True))
     reaction = twist * np.cos(angle - turned) + spin**2 * np.sin(angle - turned)
-    moved = [reaction, speed, spin - speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300))]
+    moved = [reaction, spin - speed, *friction_columns(speed)]
     moved += [signals.smooth(i)[rows] for i in inputs if i in signals.channels]
     without, _ = residual_power(np.column_stack([*moved, np.ones(len(rows))]), bend)
     left, coefficients = residual_power(np.column_stack([*moved, np.sin(angle), np.cos(angle)]), bend)
@@ -115,7 +115,7 @@ def gravity_fit(
     """Power of an angle's acceleration left by input, friction and a constant or, ``pulled``, gravity; coefficients."""
     rows = signals.rows
     angle, speed, bend = (signals.smooth(place, k)[rows] / unit for k in range(3))
-    columns = [speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300))]
+    columns = friction_columns(speed)
     columns += [signals.smooth(i)[rows] for i in inputs if i in signals.channels]  # a rare command is not among them
     columns += [np.sin(angle), np.cos(angle)] if pulled else [np.ones(len(rows))]
     return residual_power(np.column_stack(columns), bend)
@@ -129,12 +129,17 @@ def carried_weight_misfit(signals: Signals, place: str, input: str, unit: float)
     """
     rows = signals.rows
     angle, speed, bend = (signals.smooth(place, k)[rows] / unit for k in range(3))
-    moved = [bend, speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300)), np.ones(len(rows))]
+    moved = [bend, *friction_columns(speed), np.ones(len(rows))]
     pull = [np.sin(angle), np.cos(angle)]
     pushed = signals.smooth(input)[rows]
     without, pulled = (residual_power(np.column_stack(columns), pushed)[0] for columns in (moved, [*moved, *pull]))
     rounding = MAX_ROUNDING_SHARE**2 * float(np.sum(pushed**2))
     return pulled / without if without > rounding else 1.0
+
+
+def friction_columns(speed: np.ndarray) -> list[np.ndarray]:
+    """What viscous and dry friction are in proportion to, at a speed (N,)."""
+    return [speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300))]
 
 
 def residual_power(matrix: np.ndarray, target: np.ndarray) -> tuple[float, np.ndarray]:

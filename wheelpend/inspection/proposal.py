@@ -144,8 +144,9 @@ def clock_reason(survey: Survey) -> str:
     if survey.times != "read" or is_called_clock(name) or name == f"{NAMELESS_PREFIX}1":
         return ""
     called = next((c.name for c in survey.columns if is_called_clock(c.name)), "")
-    others = f"{called} does not grow from row to row" if called else "no column is called a time"
-    return f"{others}, and this one does" if called else f"{others}, and this one grows from row to row"
+    if called:
+        return f"{called} does not grow from row to row, and this one does"
+    return "no column is called a time, and this one grows from row to row"
 
 
 def unit_of_inputs(best: Candidate) -> str:
