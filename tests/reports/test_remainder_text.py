@@ -121,7 +121,7 @@ def test_a_sensor_with_two_errors_is_told_with_both():
     error = SensorError(8.2e-5, "rad", 2.7, 0.01, 0.16, 0.0, 0.7, 5e-4)
     said = " ".join(remainder_sentences(Remainder(sensors={"theta_p": error}), MODEL))
     assert "theta_p has two errors of its own, of 0.082 mrad (2.7 σ) together, correlation time 160 ms, " in said
-    assert "0.7 σ of it 500 µs: a slow and a fast one." in said
+    assert "and 500 µs for 0.7 σ of it: a slow and a fast one." in said
 
 
 @pytest.mark.parametrize(

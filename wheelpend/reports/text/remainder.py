@@ -93,8 +93,8 @@ def _sensor_sentence(name: str, error: SensorError) -> str:
     size = f"{digits_text(value, 2)} {unit} ({digits_text(error.sigmas, 2)} σ)"
     time = f"correlation time {time_text(error.correlation_time_s)}"
     if error.smaller_sigmas:
-        other = f"{digits_text(error.smaller_sigmas, 2)} σ of it {time_text(error.smaller_time_s)}"
-        return f"{lag}{name} has two errors of its own, of {size} together, {time}, {other}: a slow and a fast one."
+        other = f"{time_text(error.smaller_time_s)} for {digits_text(error.smaller_sigmas, 2)} σ of it"
+        return f"{lag}{name} has two errors of its own, of {size} together, {time}, and {other}: a slow and a fast one."
     return f"{lag}{name} has an error of its own of {size}, {time}: it was filtered, fused or drifts."
 
 
