@@ -5,16 +5,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import derive
 from tests.support import simulated
-from wheelpend import Model, add, diagnose
+from wheelpend import Log, Model, add, diagnose
 from wheelpend.diagnosis.evidence import added_p_value
-from wheelpend.diagnosis.likelihood import one_round
+from wheelpend.diagnosis.likelihood import one_round, refits
 from wheelpend.diagnosis.refit import replace_contained
 from wheelpend.diagnosis.score_test import EffectSize
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.validation import validation_residuals
 
+ZERO_RAD, NOISE_RAD = 0.02, 0.002
+TURNED = Model.parse('plant = "pendulum"\neffects = ["encoder_zero"]\n')
 RIGID = Model.default().with_effects(["coulomb_drive"])
 
 
@@ -54,6 +59,36 @@ def test_an_inner_parameter_that_is_not_known_adds_nothing(elastic_log):
     scale[place] = 1e4
     blurred = replace(fitted, covariance=fitted.covariance * np.outer(scale, scale))
     assert 0.05 < added_p_value(problem, effect, blurred, "coulomb_drive") <= 1.0
+
+
+@pytest.fixture(scope="module")
+def turned_log():
+    """A free pendulum of which the encoder's zero is off by 0.02 rad."""
+    random = np.random.default_rng(3)
+    t = np.arange(0.0, 12.0, 0.02)
+    swing = solve_ivp(lambda _, s: (s[1], -40.0 * np.sin(s[0])), (0.0, 12.0), (0.8, 0.0), t_eval=t, rtol=1e-9).y[0]
+    seen = swing + ZERO_RAD + NOISE_RAD * random.standard_normal(t.size)
+    return Log("turned", t, np.zeros(t.size), seen[:, None], ("theta_1",), rates={})
+
+
+def test_what_each_log_has_of_a_replaced_effect_goes_with_it(turned_log):
+    problem = prepare(TURNED, [turned_log, turned_log])
+    logs = [{"X1": 0.025, "encoder_zero.bias": bias} for bias in (ZERO_RAD, 0.5 * ZERO_RAD)]
+    size = EffectSize(dict.fromkeys(derive.effects.find("link_nonlinearity").full_names, 0.0), {})
+    for started, own in zip(refits._started(problem, logs, "link_nonlinearity", size), logs, strict=True):
+        assert started["encoder_zero.bias"] == 0.0
+        assert started["link_nonlinearity.zero"] == pytest.approx(own["encoder_zero.bias"])
+
+
+def test_a_model_predicts_by_itself_what_it_predicted_when_an_effect_was_replaced(turned_log):
+    before = add(Model.parse('plant = "pendulum"\neffects = []\n'), "encoder_zero", [turned_log])
+    assert before.step.coefficients["bias"] == pytest.approx(ZERO_RAD, abs=0.003)
+    changed = add(before.model, "link_nonlinearity", [turned_log])
+    assert changed.model.effects == ("link_nonlinearity",)
+    assert changed.after.of_log(0).get("encoder_zero.bias", 0.0) == 0.0
+    alone = Fit.at({n: changed.model.value(n) for n in changed.model.all_parameters}, [{}])
+    judging = changed.problem.with_effects(changed.model.effects)
+    assert validation_residuals(judging, alone)[0] == pytest.approx(changed.step.error_after, rel=1e-6)
 
 
 def judged(effect: str, deviance: float, *, certain: bool = False, followed: bool = True) -> SimpleNamespace:

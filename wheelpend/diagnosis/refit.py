@@ -142,7 +142,8 @@ def multistart_fit(problem: EstimationProblem, short: Fit, starts: Sequence[Cand
         return fits[-1].error < MAX_EXPLAINED_ERROR_RATIO * problem.floor
 
     first = SHORT_FIT_ITERATIONS if effect.releases else PROBE_ITERATIONS  # an internal coordinate goes astray at first
-    points = (_start_with_sizes(v, short.per_log, size) for v, size in _start_sizes(problem, effect, starts))
+    kept = _without_replaced(problem, effect, short.per_log)
+    points = (_start_with_sizes(v, kept, size) for v, size in _start_sizes(problem, effect, starts))
     if not any(reaches_noise(start, per_log, first) for start, per_log in points):
         for f in sorted(fits, key=lambda f: f.cost)[:MAX_CONTINUED_FITS]:
             if not f.converged and reaches_noise(f.values, f.per_log, SHORT_FIT_ITERATIONS):
@@ -190,9 +191,18 @@ def fit_from_full_score_test(problem: EstimationProblem, base: Fit, candidate: C
     effect = candidate.effect
     problem = with_stable_step(problem.with_candidates(effect.name), base.values)
     values, size = replace_contained(problem, effect, base.values, candidate.starts[0])
-    start, per_log = _start_with_sizes(values, base.per_log, clip_to_bounds(effect, size))
+    kept = _without_replaced(problem, effect, base.per_log)
+    start, per_log = _start_with_sizes(values, kept, clip_to_bounds(effect, size))
     free = free_names_with(problem, base, effect.name)
     return fit_segments(problem, _middle_segments(problem), start, free, start_per_log=per_log)
+
+
+def _without_replaced(
+    problem: EstimationProblem, effect: Effect, per_log: Sequence[Mapping[str, float]]
+) -> list[dict[str, float]]:
+    """Each log's own values, without those of present effects that an effect replaces: they go with their effect."""
+    replaced = problem.replaced(effect.name)
+    return [{n: v for n, v in values.items() if effect_of(n) not in replaced} for values in per_log]
 
 
 def _start_with_sizes(

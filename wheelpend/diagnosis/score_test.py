@@ -38,6 +38,10 @@ class EffectSize(NamedTuple):
         """Value of a parameter in a log."""
         return self.further.get(log, {}).get(name, self.values[name])
 
+    def in_log(self, log: int) -> EffectSize:
+        """The size in one log alone."""
+        return EffectSize({n: self.value(n, log) for n in self.values}, {})
+
     def with_values(self, values: Mapping[str, float]) -> EffectSize:
         """The size with some values set otherwise."""
         return self._replace(values={**self.values, **values})

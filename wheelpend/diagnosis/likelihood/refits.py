@@ -94,12 +94,11 @@ def _started(
     problem: EstimationProblem, log_values: LogValues, effect: str, start: EffectSize
 ) -> list[dict[str, float]]:
     """Values in each log from which a refit with one effect more starts."""
-    row = derive.effects.find(effect)
-    shared, size = replace_contained(problem, row, log_values[0], start)
-    size = clip_to_bounds(row, size)
-    sizes = [{n: size.value(n, k) for n in size.values} for k in range(len(problem.logs))]
-    own = zip(log_values, sizes, strict=True)
-    return [{**values, **_without_own(shared), **added} for values, added in own]
+    row, started = derive.effects.find(effect), []
+    for number, values in enumerate(log_values):
+        rest, size = replace_contained(problem, row, values, start.in_log(number))
+        started.append({**rest, **clip_to_bounds(row, size).values})
+    return started
 
 
 def without_effect(model: FilteredModel, effect: str) -> FilteredModel | None:
