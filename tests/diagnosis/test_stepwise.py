@@ -210,10 +210,14 @@ def test_where_sensor_noise_hides_what_lasts_likelihood_judges_it(reached, likel
         asked.append(problem.only_lasting)
         return likely
 
+    told = []
     monkeypatch.setattr(stepwise, "rounds_by_likelihood", by_likelihood)
+    monkeypatch.setattr(stepwise, "_with_warnings", lambda rounds, lines: told.extend(lines) or rounds)
     found = stepwise.stepwise(Problem(()), {}, lambda rounds: False)
     assert found is {"reached": reached, "likely": likely}[answer]
     assert asked == ([] if likely is None else [True])
+    worse = error > 1.05 and likely in (FOUND, LEFT)  # and names what is not named without it
+    assert [line.partition(",")[0] for line in told] == ["A search with random forces adds coulomb_drive"] * worse
 
 
 def test_where_no_filter_can_follow_the_model_the_answer_of_the_horizon_stands_with_a_warning(monkeypatch):

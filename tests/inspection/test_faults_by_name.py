@@ -51,6 +51,9 @@ FAULTS = {
     "input in percent": lambda: faulty.as_pwm(faulty.clean(), 100, supply=12, whole=False),
     "a sign": lambda: turned("theta_w", -1),
     "columns interchanged": interchanged,
+    "a channel that was not measured": lambda: faulty.with_columns(
+        faulty.clean(), theta_w=0.1 * faulty.column(faulty.clean(), "v_in")
+    ),
     "rows dropped": lambda: faulty.dropped(faulty.clean()),
     "times rounded to a coarse clock": lambda: faulty.rounded_times(faulty.clean()),
     "rows dropped, times made uniform": lambda: faulty.dropped(faulty.clean(), retimed=True),

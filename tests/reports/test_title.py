@@ -17,7 +17,7 @@ LATE = ("actuator_delay", {"delay": Estimate(0.004, 1e-5, unit="s")}, ())
 
 def title(
     *steps, before=52.4, after=0.997, floor=0.9989, verdict="nothing_missing", plant="wheel_pendulum", has=None,
-    forces=(None, None),
+    forces=(None, None), instead=(),
 ):  # fmt: skip
     made = tuple(
         SimpleNamespace(effect=e, estimates=found, equivalent_to=alike, force_before=forces[0], force_after=forces[1])
@@ -26,8 +26,21 @@ def title(
     problem = SimpleNamespace(plant=PLANTS[plant])
     values = has or {}
     known = list(dict.fromkeys(n.partition(".")[0] for n in values))
+    left = SimpleNamespace(instead=instead)
     return title_text(SimpleNamespace(steps=made, parameters=values, base_error=before, error=after, noise_floor=floor,
-                                      verdict=verdict, problem=problem, effects=known))  # fmt: skip
+                                      verdict=verdict, problem=problem, effects=known, remainder=left))  # fmt: skip
+
+
+def test_where_a_law_would_do_as_well_as_chance_the_title_does_not_say_that_nothing_is_missing():
+    laws = ("viscous_drive", "quadratic_drive")
+    assert (
+        title(instead=laws) == "What remains may be chance or viscous_drive or quadratic_drive: these logs do not tell"
+    )
+    has = {"coulomb_drive.torque": Estimate(0.3, 0.01, unit="V")}
+    assert title(instead=laws[:1], has=has) == (
+        "What remains beside dry friction in motor and gearbox (coulomb_drive), 0.3 V may be chance or viscous_drive: "
+        "these logs do not tell"
+    )
 
 
 def test_one_effect_has_its_sentence_its_name_and_its_size():

@@ -102,6 +102,8 @@ def test_the_hints_walk_the_way_of_working(bench, tmp_path):
     assert next_step(bench).effect == "viscous_drive"
     found(bench, "diagnose", verdict="nothing_missing", candidates=[])
     assert hint_text(bench).startswith("Nothing more is missing")
+    found(bench, "diagnose", verdict="nothing_missing", remainder={"instead": ["viscous_drive", "quadratic_drive"]})
+    assert "may be chance or viscous_drive or quadratic_drive: press Add viscous_drive" in hint_text(bench)
 
 
 def test_after_a_change_everything_is_looked_at_anew(bench, tmp_path):

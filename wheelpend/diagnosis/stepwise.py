@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -225,11 +225,23 @@ def _with_what_shows_later(
 
     likely, warnings = found_or_warning("What sensor noise hides could not be sought", sought)
     if not likely:
-        return [*rounds[:-1], replace(rounds[-1], warnings=(*rounds[-1].warnings, *warnings))] if warnings else rounds
+        return _with_warnings(rounds, warnings)
     as_good = best_result(likely)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * max(error, problem.floor)
+    if not as_good and (others := _names(likely) - _names(rounds)):
+        return _with_warnings(rounds, (_not_followed(others, best_result(likely)[0], error),))
     if not any(r.named for r in rounds):
         return likely if as_good and any(r.named or not r.is_explained for r in likely) else rounds
     return likely if as_good and likely[-1].is_explained and _names(likely) != _names(rounds) else rounds
+
+
+def _with_warnings(rounds: Rounds, warnings: Sequence[str]) -> Rounds:
+    """The rounds, with further warnings of the last."""
+    return [*rounds[:-1], replace(rounds[-1], warnings=(*rounds[-1].warnings, *warnings))] if warnings else rounds
+
+
+def _not_followed(effects: Collection[str], error: float, best: float) -> str:
+    return (f"A search with random forces adds {', '.join(sorted(effects))}, but predicts held-out data worse so "
+            f"({error:.3g} σ, without it {best:.3g}): it is not followed.")  # fmt: skip
 
 
 def _names(rounds: Rounds) -> set[str]:

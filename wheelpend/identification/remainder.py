@@ -69,6 +69,8 @@ class SensorError:
             "share_of_signal": self.share_of_signal,
             "correlation_time_s": self.correlation_time_s,
             "lag_s": self.lag_s,
+            "smaller_sigmas": self.smaller_sigmas,
+            "smaller_time_s": self.smaller_time_s,
         }
 
 
@@ -113,6 +115,7 @@ class Remainder:
             "resonances": self.resonances,
             "slow": self.slow,
             "impossible": self.impossible,
+            "instead": self.instead,
             "unpredicted": self.unpredicted,
         }
 

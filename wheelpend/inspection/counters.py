@@ -16,6 +16,9 @@ from wheelpend.inspection.column_names import (
     stated_unit,
     words_of,
 )
+from wheelpend.logs.columns import ColumnTable
+from wheelpend.logs.finding import Finding
+from wheelpend.logs.log import Log
 
 ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
@@ -55,6 +58,21 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
             continue
         if (line := _line_between(values[a], values[b])) and line != (1.0, 0.0) and line != (-1.0, 0.0):
             found[b] = f"{b} is {_line_text(line, a)} throughout: the same once more, and left out."
+    return found
+
+
+def find_copies(log: Log, table: ColumnTable) -> list[Finding]:
+    """The findings on channels that are an input, or another channel, times a factor: one of both is no measurement."""
+    read = {**dict(zip(table.inputs, log.inputs, strict=False)), **dict(zip(log.channels, log.measured.T, strict=True))}
+    known = {n: v for n, v in read.items() if np.isfinite(v).any() and np.nanmax(v) > np.nanmin(v)}
+    found = []
+    for one, other in combinations(known, 2):
+        both = np.isfinite(known[one]) & np.isfinite(known[other])
+        line = _line_between(known[one][both], known[other][both]) if both.any() and other in log.channels else None
+        if line:
+            sentence = f"{other} is {_line_text(line, one)} throughout: the same once more, and no measurement."
+            cure = f"Map {one} and {other} in [columns] to the columns in which each was logged."
+            found.append(Finding("copy", other, sentence, cure, None))
     return found
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from wheelpend.estimation.data import noise_of
+from wheelpend.inspection.counters import find_copies
 from wheelpend.inspection.equations import least_samples
 from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs, with_settings
 from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
@@ -95,6 +96,7 @@ def inspect_log(
         *find_sampling_faults(log, table),
         *outlier_findings(outliers),
         *filter_findings(noise),
+        *find_copies(log, table),
         *find_duty(log, corrections),
         *find_rectified(log, table),
         *find_no_excitation(log, table),

@@ -12,11 +12,11 @@ class Finding(NamedTuple):
     ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
     relative_second_encoder, absolute_second_encoder, wrapped_angle, gap, stand_still, counts, duty, offset,
     dropped_rows, rounded_times, retimed_rows, stamp_jitter, sample_jitter, saturation, lying, joined, no_excitation,
-    rectified, speed, friction_like_input, spikes, jump or filtered. ``size`` is the time of a time_shift (positive
-    for a late sensor and for an input that acts late), of the longest gap, of all stand_still and lying together and of
-    a seam [s]; the factor of wrong_unit; the turn of wrapped_angle; the ceiling of saturation; the share of dropped
-    rows; the step of rounded times and the jitter [s]; by how much the largest of spikes is off, or the sensor jumps
-    [unit of the channel].
+    rectified, speed, friction_like_input, spikes, jump, copy or filtered. ``size`` is the time of a time_shift
+    (positive for a late sensor and for an input that acts late), of the longest gap, of all stand_still and lying
+    together and of a seam [s]; the factor of wrong_unit; the turn of wrapped_angle; the ceiling of saturation; the
+    share of dropped rows; the step of rounded times and the jitter [s]; by how much the largest of spikes is off, or
+    the sensor jumps [unit of the channel].
     """
 
     kind: str

@@ -46,6 +46,10 @@ def _after_diagnosis(result: dict) -> NextStep:
     if verdict == "unexplained" and (steps := result.get("steps")):
         others = f", then {' and '.join(steps[1:])}" if steps[1:] else ""
         return NextStep("add", f"press Add {steps[0]}, which explains a part of what is missing{others}.", steps[0])
+    if verdict == "nothing_missing" and (instead := (result.get("remainder") or {}).get("instead")):
+        laws = " or ".join(instead)
+        sentence = f"what remains may be chance or {laws}: press Add {instead[0]} to see what it leaves, or go on."
+        return NextStep("add", sentence, instead[0])
     if verdict == "nothing_missing":
         return NextStep("go_on", "Nothing more is missing. Keep the values, write the report, or export the model.")
     return NextStep(

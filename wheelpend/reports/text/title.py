@@ -49,6 +49,10 @@ def _without_steps(explanation: Ladder) -> str:
         _named_text(e, [e], [v for n, v in explanation.parameters.items() if effect_of(n) == e], explanation)
         for e in explanation.effects
     ]
+    left = explanation.remainder
+    if left is not None and left.instead:
+        beside = f" beside {'; '.join(k[:1].lower() + k[1:] for k in known)}" if known else ""
+        return f"What remains{beside} may be chance or {' or '.join(left.instead)}: these logs do not tell"
     return f"Nothing more is missing in this model with {'; '.join(known)}" if known else (
         "Nothing is missing in this model")  # fmt: skip
 
