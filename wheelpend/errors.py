@@ -19,6 +19,10 @@ class NotSimulable(Failure):
     """No parameters were found with which the model can be simulated over the horizon."""
 
 
+class BadCell(Failure):
+    """A column of numbers has a few cells that are none."""
+
+
 def require(package: str, extra: str, purpose: str) -> None:
     """Raise Failure where a package of an extra is not installed, which a purpose needs."""
     if importlib.util.find_spec(package) is None:

@@ -20,6 +20,7 @@ from wheelpend.diagnosis.verdict import (
     revise_verdict,
     structurally_equivalent,
     verdict_on,
+    where_nothing_is_determined,
     with_steps,
     with_structures,
 )
@@ -28,6 +29,7 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import Estimate
 
 TORQUE = "coulomb_drive.torque"
+LOST, KNOWN = Estimate(0.8, 0.6, ""), Estimate(0.8, 0.06, "")
 
 
 def screened(log):
@@ -207,6 +209,26 @@ def test_where_nothing_is_certain_but_nothing_missing_improbable_something_is_un
     assert told_with_structures(2.0, after_another=True)[0] == "nothing_missing"  # what was named is likely, and alone
     assert told_with_structures(20.0, after_another=True, replacing=True)[0] == "unexplained"  # one is left of two
     assert told_with_structures(2.0, verdict="unexplained")[0] == "unexplained"
+
+
+@pytest.mark.parametrize(
+    ("table", "error", "named", "verdict"),
+    [
+        ({"X1": LOST}, 20.0, (), "unexplained"),
+        ({"X1": LOST, "coulomb_drive.torque": LOST}, 20.0, (), "unexplained"),
+        ({"X1": LOST, "coulomb_drive.torque": KNOWN}, 20.0, (), "nothing_missing"),  # at constant speed it shows
+        ({"X1": LOST, "encoder_scale.scale": KNOWN}, 20.0, (), "unexplained"),  # a sensor's error is not the machine's
+        ({"X1": LOST, "X2": KNOWN}, 20.0, (), "nothing_missing"),
+        ({"X1": LOST}, 1.05, (), "nothing_missing"),  # only noise is left
+        ({"X1": LOST}, 20.0, ("slope",), "nothing_missing"),
+    ],
+)
+def test_logs_that_determine_nothing_do_not_say_that_nothing_is_missing(table, error, named, verdict):
+    problem = SimpleNamespace(plant=Model.default().plant_signature)
+    fields = {"verdict": "nothing_missing", "error": error, "noise_floor": 1.0, "named": named, "problem": problem,
+              "detectable": {"slope": {}}, "determines_nothing": False}  # fmt: skip
+    found = where_nothing_is_determined(make_dataclass("Blank", [*fields])(*fields.values()), table)
+    assert (found.verdict, found.determines_nothing) == (verdict, verdict == "unexplained")
 
 
 @pytest.mark.parametrize(("nats", "warned"), [(1.0, True), (15.0, False)])

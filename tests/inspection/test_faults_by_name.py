@@ -52,7 +52,7 @@ FAULTS = {
     "a sign": lambda: turned("theta_w", -1),
     "columns interchanged": interchanged,
     "a channel that was not measured": lambda: faulty.with_columns(
-        faulty.clean(), theta_w=0.1 * faulty.column(faulty.clean(), "v_in")
+        faulty.clean(), theta_w=faulty.column(faulty.clean(), "v_in")
     ),
     "rows dropped": lambda: faulty.dropped(faulty.clean()),
     "times rounded to a coarse clock": lambda: faulty.rounded_times(faulty.clean()),
@@ -151,6 +151,24 @@ def test_the_size_of_jitter_is_told():
     (samples,) = inspect_log(faulty.jittering_samples(faulty.clean())).findings
     assert stamps.size == pytest.approx(np.sqrt(2) * expected, rel=0.1)
     assert samples.size == pytest.approx(expected, rel=0.15)
+
+
+def test_a_loop_that_slows_down_while_the_machine_is_fast_is_no_jitter():
+    t, turned = np.zeros(900), np.zeros(900)
+    for k in range(1, len(t)):
+        speed = 6.0 * np.sin(0.9 * t[k - 1])
+        interval = 0.015 + 0.0008 * abs(speed)  # the program prints more digits
+        t[k], turned[k] = t[k - 1] + interval, turned[k - 1] + interval * speed
+    log = Log("slower", t, np.sin(t), np.round(turned, 3)[:, None], ("theta_1",), rates={})
+    assert not [f for f in inspect_log(log, table=Model.default("pendulum").table).findings if "jitter" in f.kind]
+
+
+def test_an_input_that_a_proportional_controller_made_is_no_copy():
+    log = faulty.clean()
+    pushed = faulty.with_columns(log, v_in=8.0 * (0.1 - faulty.column(log, "theta_w")))
+    assert "copy" not in {f.kind for f in inspect_log(pushed).findings}
+    twice = faulty.with_columns(log, dtheta_p=2.0 * faulty.column(log, "theta_p"))
+    assert "copy" in {f.kind for f in inspect_log(twice).findings}
 
 
 @pytest.mark.parametrize("name", ["dtheta_p", "theta_p"])

@@ -402,6 +402,29 @@ def test_a_slow_arm_is_in_degrees_by_what_carries_its_weight(tmp_path):
     assert model["columns"]["theta_1"]["unit"] == "deg"
 
 
+def test_times_that_begin_anew_are_recordings_to_be_saved_apart(tmp_path):
+    columns = pole_on_a_cart(hanging=False)
+    twice = {n: np.concatenate([v[:400], v[:400]]) for n, v in columns.items()}
+    with pytest.raises(Failure, match=r"begin anew: 2 recordings .* \(the next ones begin in row 401\)"):
+        survey_file(written(tmp_path / "log.csv", twice))
+    columns["t"] = np.concatenate([columns["t"][:300], columns["t"][[302, 301]], columns["t"][303:]])
+    with pytest.raises(Failure, match="Sort the rows"):
+        survey_file(written(tmp_path / "log.csv", {n: v[: len(columns["t"])] for n, v in columns.items()}))
+
+
+def test_a_column_with_a_cell_that_is_no_number_is_named_with_that_cell(tmp_path):
+    path = written(tmp_path / "log.csv", pole_on_a_cart(hanging=False))
+    header, *rows = path.read_text().splitlines()
+    name = header.split(",")[-1]
+    rows[199] = rows[199].rpartition(",")[0] + ",bad"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    (unread,) = [c for c in survey_file(path).columns if c.role == "unread"]
+    assert unread.name == name and f"row 200 of column {name} has 'bad'" in unread.remark
+    rows = [f"{row},{'idle' if k % 3 else 'on'}" for k, row in enumerate(rows)]
+    path.write_text("\n".join([f"{header},state", *rows]) + "\n")
+    assert [c.name for c in survey_file(path).columns if c.role == "unread"] == [name], "text is no quantity"
+
+
 def test_a_stamp_that_repeats_is_named_with_its_row(tmp_path):
     columns = pole_on_a_cart(hanging=False)
     columns["t"] = columns["t"].copy()

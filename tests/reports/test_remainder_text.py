@@ -182,7 +182,7 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     def said(*refitted, structures=(), unknown=False):
         found = SimpleNamespace(
             error=35.0, noise_floor=1.0, verdict="unexplained", remainder=Remainder({"wheel": force(share=share)}),
-            refitted=refitted, structures=structures, leaves_unknown=unknown,
+            refitted=refitted, structures=structures, leaves_unknown=unknown, determines_nothing=False,
             horizon_s=0.5, problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
         return verdict_beside_force_text(found)
@@ -211,7 +211,7 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
 def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
     last = SimpleNamespace(
         by_likelihood=True, named=(), remainder=Remainder({"wheel": force(share=0.8)}), refitted=(), error=35.0,
-        structures=(), problem=SimpleNamespace(plant=MODEL.plant_signature),
+        structures=(), determines_nothing=False, problem=SimpleNamespace(plant=MODEL.plant_signature),
     )  # fmt: skip
     ladder = SimpleNamespace(verdict="unexplained", last=last, repeats=(), remainder=last.remainder)
     assert unexplained_sentences(ladder) == [MOSTLY_CHANCE_SENTENCE]
@@ -219,16 +219,17 @@ def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
 
 
 def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
-    def said(share, *, by_likelihood=True, error=35.0, verdict="unexplained"):
+    def said(share, *, by_likelihood=True, error=35.0, verdict="unexplained", determines_nothing=False):
         last = SimpleNamespace(
             by_likelihood=by_likelihood, named=(), remainder=Remainder({"wheel": force(share=share)}), refitted=(),
-            error=error, noise_floor=1.0, structures=(), leaves_unknown=False,
+            error=error, noise_floor=1.0, structures=(), leaves_unknown=False, determines_nothing=determines_nothing,
             problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
         return closing_sentence(SimpleNamespace(verdict=verdict, last=last))
 
     assert said(0.8).startswith("Most of the motion is still left to chance.")
     assert said(0.2).startswith("Something is probably still missing.")
+    assert said(0.2, determines_nothing=True).startswith("What is missing cannot be told. These logs determine no")
     assert said(0.2, by_likelihood=False, error=1.01) == UNCERTAIN_SENTENCE  # sensor noise is reached
     ambiguous = said(0.2, verdict="ambiguous")
     assert ambiguous.startswith(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,7 @@ from wheelpend.diagnosis.structures import (
     structures,
 )
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
-from wheelpend.estimation.estimate import ESTIMATE_COLUMNS
+from wheelpend.estimation.estimate import ESTIMATE_COLUMNS, Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.noise_alarm import overstated_noise
@@ -37,7 +37,7 @@ from wheelpend.estimation.problem import EstimationProblem, simpler_effects
 from wheelpend.estimation.validation import fit_percent, unpredicted_share, validation_residuals
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
-from wheelpend.identification.remainder_warnings import remainder_warnings, undetermined_warnings
+from wheelpend.identification.remainder_warnings import determine_nothing, remainder_warnings, undetermined_warnings
 from wheelpend.notebook import DrawnResult, ResultTable
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ class Diagnosis(DrawnResult):
     structures: tuple[Structure, ...] = ()  # what may be missing, the likeliest first, once every round is known
     steps: tuple[str, ...] = ()  # effects that were added in turn while the search looked for the rest
     error_with_steps: float | None = None  # that they leave
+    determines_nothing: bool = False  # True where more than noise is left, and the logs determine no parameter
     by_likelihood: bool = False  # True where effects were judged with a random force: sensor noise is out of reach
 
     @staticmethod
@@ -271,9 +272,21 @@ def with_remainder(found: Diagnosis, *, progress: Progress = lambda text: None) 
         left, warnings = remainder_or_warning(refitted_remainder, problem, values)
         _, residuals = validation_residuals(problem, found.fit)
         left = left and replace(left, unpredicted=unpredicted_share(problem.data.held_out, residuals))
-    undetermined = undetermined_warnings(problem.module, problem.plant, parameter_table(problem, found.fit))
+    table = parameter_table(problem, found.fit)
+    undetermined = undetermined_warnings(problem.module, problem.plant, table)
     said = (*found.warnings, *warnings, *remainder_warnings(left, problem.plant), *undetermined)
-    return replace(found, remainder=left, warnings=said)
+    return where_nothing_is_determined(replace(found, remainder=left, warnings=said), table)
+
+
+def where_nothing_is_determined(found: Diagnosis, table: Mapping[str, Estimate]) -> Diagnosis:
+    """A diagnosis that names no effect, as unexplained where more than noise is left and its logs determine nothing.
+
+    Nothing is then known to be missing, and nothing to be there.
+    """
+    at_noise = found.error <= MAX_EXPLAINED_ERROR_RATIO * found.noise_floor
+    if at_noise or found.named or not determine_nothing(table, found.problem.plant):
+        return found
+    return replace(found, verdict="unexplained", detectable={}, determines_nothing=True)
 
 
 def with_law(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:

@@ -10,7 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from derive.parameter_name import effect_of
+import derive
+from derive.effects import SensorDelay, SensorMap
+from derive.parameter_name import MISSING_FORCE, effect_of
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.estimation.estimate import Estimate
@@ -99,7 +101,7 @@ def undetermined_warnings(
 ) -> tuple[str, ...]:
     """A warning of the positive parameters whose 95 % interval reaches to zero, but for those already told.
 
-    Where logs determine no parameter of the plant itself, none being fixed, they judge no model at all.
+    Where logs determine nothing of the machine they judge no model at all.
     """
     found = {
         n: e
@@ -110,15 +112,23 @@ def undetermined_warnings(
     zero = [n for n in found if (row := effect_parameter(n, plant)) and row.absent == 0.0]
     own = [n for n in found if n not in zero]
     cure = "`wheelpend design` writes the command for a log that does." if plant.driven else "Record larger motion."
-    of_plant = {
-        n: e for n, e in table.items() if effect_parameter(n, plant) is None and (e.value or not e.identifiable)
-    }
-    known = any(e.identifiable and not _is_unknown(e) for e in of_plant.values())
-    judges = known or not of_plant or any(effect_parameter(n, plant) is None for n in told)
+    judges = not determine_nothing(table, plant) or any(effect_parameter(n, plant) is None for n in told)
     nothing = "" if judges else " They judge no model: what they are said to miss, or not, means nothing."
     said = (f"{_values_text(own, found)}: these logs do not determine {_them(own)}.{nothing} {cure}",) if own else ()
     return said + tuple(f"{_values_text([n], found)}: these logs do not tell it from zero, and the model may do "
                         f"without {effect_of(n)}." for n in zero)  # fmt: skip
+
+
+def determine_nothing(table: Mapping[str, Estimate], plant: PlantSignature) -> bool:
+    """True where logs determine no parameter of the plant, some being free, and of no effect but a sensor's."""
+    acting = {n: e for n, e in table.items() if not _is_of_sensor(n) and (e.value or not e.identifiable)}
+    known = any(e.identifiable and not _is_unknown(e) for e in acting.values())
+    return not known and any(effect_parameter(n, plant) is None for n in acting)
+
+
+def _is_of_sensor(name: str) -> bool:
+    effect = effect_of(name)
+    return effect not in ("", MISSING_FORCE) and isinstance(derive.effects.find(effect).enters, SensorMap | SensorDelay)
 
 
 def _is_unknown(estimate: Estimate) -> bool:

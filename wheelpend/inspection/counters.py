@@ -62,14 +62,17 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 
 def find_copies(log: Log, table: ColumnTable) -> list[Finding]:
-    """The findings on channels that are an input, or another channel, times a factor: one of both is no measurement."""
+    """The findings on channels that are an input, or another channel times a factor: one of both is no measurement.
+
+    An input may well be a channel times a factor: a proportional controller made it.
+    """
     read = {**dict(zip(table.inputs, log.inputs, strict=False)), **dict(zip(log.channels, log.measured.T, strict=True))}
     known = {n: v for n, v in read.items() if np.isfinite(v).any() and np.nanmax(v) > np.nanmin(v)}
     found = []
     for one, other in combinations(known, 2):
         both = np.isfinite(known[one]) & np.isfinite(known[other])
         line = _line_between(known[one][both], known[other][both]) if both.any() and other in log.channels else None
-        if line:
+        if line and (one in log.channels or line == (1.0, 0.0)):
             sentence = f"{other} is {_line_text(line, one)} throughout: the same once more, and no measurement."
             cure = f"Map {one} and {other} in [columns] to the columns in which each was logged."
             found.append(Finding("copy", other, sentence, cure, None))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import median_filter
 
-from wheelpend.errors import Failure
+from wheelpend.errors import BadCell, Failure
 from wheelpend.inspection.column_names import kind_by_name, stated_factor
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import find_quantum
@@ -40,6 +40,20 @@ def numeric_columns(path: Path, file: Table) -> dict[str, np.ndarray]:
         raise Failure(f"{path.name}: at least the time and one column beside it must hold numbers, and no column does. "
                       f"{reason}")  # fmt: skip
     return read(found)
+
+
+def columns_with_bad_cells(file: Table, read: Collection[str]) -> dict[str, str]:
+    """Columns of numbers that cannot be read, besides those that were, with a sentence on the cell that is to blame."""
+    found = {}
+    for name in file.names:
+        try:
+            if name not in read:
+                file.read([name])
+        except BadCell as failure:
+            found[name] = f"{failure} The whole column is left out: mend or remove that row."
+        except Failure:  # text, which no quantity is
+            continue
+    return found
 
 
 def moving_columns(path: Path, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

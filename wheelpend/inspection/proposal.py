@@ -26,8 +26,9 @@ from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
-from wheelpend.inspection.survey import NAMELESS_PREFIX, SUMMED_PLACE, FileColumn, Survey, is_called_clock
+from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey, is_called_clock
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, speed_unit
+from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.faults import held_samples
 from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
@@ -165,7 +166,9 @@ def missing_columns(survey: Survey, best: Candidate) -> dict[str, str]:
 def left_over(survey: Survey, used: Collection[str]) -> list[str]:
     """The columns of a file that change, tell more than the time, and are not used."""
     return [
-        c.name for c in survey.columns if c.name not in used and c.role not in ("time", "counter", "copy", "constant")
+        c.name
+        for c in survey.columns
+        if c.name not in used and c.role not in ("time", "counter", "copy", "constant", "unread")
     ]
 
 
@@ -339,7 +342,7 @@ def role_sentences(survey: Survey, best: Candidate) -> list[str]:
         for c in survey.columns
         if c.role == "further" and c.name not in used
     ]
-    found += [c.remark for c in survey.columns if c.role in ("counter", "copy")]
+    found += [c.remark for c in survey.columns if c.role in ("counter", "copy", "unread")]
     found += [f"{c.name} {constant_words(c, best)}" for c in survey.columns if c.role == "constant"]
     return found + [f"{n} = {v:.6g} is a constant beside the columns." for n, v in survey.scalars.items()]
 

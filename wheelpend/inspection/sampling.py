@@ -115,12 +115,17 @@ def rounded_times(log: Log, *, is_known: bool) -> Finding:
     return Finding("rounded_times", "t", sentence + rest, cure, log.dt)
 
 
+def median_of_neighbours(steps: np.ndarray) -> np.ndarray:
+    """Running median of steps (N - 1,)."""
+    edge = NEIGHBOUR_STEPS // 2
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(steps, edge, mode="edge"), NEIGHBOUR_STEPS)
+    return np.median(windows, axis=1)
+
+
 def fast_steps(log: Log, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Steps (N - 1,) of a place over those expected by their neighbours' speed, NaN of slow ones, and the expected."""
     steps = np.diff(values)
-    edge = NEIGHBOUR_STEPS // 2
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(steps, edge, mode="edge"), NEIGHBOUR_STEPS)
-    expected = np.median(windows, axis=1)
+    expected = median_of_neighbours(steps)
     fast = np.abs(expected) > FAST_STEP_SIGMAS * noise_of_values(values)
     return np.where(fast, steps / np.where(fast, expected, 1.0), np.nan), expected
 
@@ -161,9 +166,10 @@ def retimed_rows(log: Log, name: str, values: np.ndarray) -> list[Finding]:
 def stamp_jitter(log: Log, name: str, values: np.ndarray) -> list[Finding]:
     """The finding that times jitter though the place moves as if sampled evenly."""
     interval = np.diff(log.t)
-    off = interval / log.dt - 1
+    beside = median_of_neighbours(interval)  # what a slower loop does for a while is no jitter
+    off = interval / beside - 1
     usual = np.abs(off) < 0.5
-    jitter = float(np.std(interval[usual]))
+    jitter = float(np.std((interval - beside)[usual]))
     ratio, _ = fast_steps(log, values)
     good = np.isfinite(ratio) & usual & (np.abs(ratio - 1) < 1)
     if jitter < MIN_JITTER_SHARE * log.dt or good.sum() < MIN_FAST_STEPS:

@@ -33,13 +33,20 @@ from wheelpend.inspection.column_names import (
     words_of,
 )
 from wheelpend.inspection.counters import coordinates_among, copies_among, counter_sentence
-from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
+from wheelpend.inspection.file_values import (
+    MAX_STEP_SHARE,
+    analysed,
+    columns_with_bad_cells,
+    moving_columns,
+    numeric_columns,
+)
 from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, is_whole, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import INTERVAL_CURE, check_time, repeated_cure, starts_at_rest
 from wheelpend.logs.columns import ROW_NUMBER, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap, speed_unit
+from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.log import gapless_ranges
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
@@ -57,7 +64,6 @@ ROUNDING_SHARE = 0.4  # the same where the angle scatters by little more than it
 MAX_ROUNDING_GROWTH = 3.0  # of the scatter of an angle's slope over what rounding makes of it, for that
 MIN_ENCODER_COUNTS = 100  # of a turn
 USUAL_INTERVAL_S = 1e-3  # from row to row, of a file that says nothing of its times
-NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
 COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
@@ -78,7 +84,7 @@ class FileColumn(NamedTuple):
     """A column of a file: what it is taken for, and why."""
 
     name: str
-    role: str  # time, input, position, rate, reference, supply, constant, counter, copy, further
+    role: str  # time, input, position, rate, reference, supply, constant, counter, copy, further, unread
     of: str  # the position of a rate or a reference
     minimum: float
     maximum: float
@@ -161,14 +167,17 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
         raise Failure(f"{path.name}: a log must have columns of numbers; it has none. It needs a header row and "
                       "one row per sample.")  # fmt: skip
     check_length(path.name, len(next(iter(values.values()))))
-    found = None if interval else own_clock(path, file, values)
+    stamps = None if interval else own_clock(path, file, values)
     values = {n: v for n, v in values.items() if not interval or not is_called_clock(n)} or values
-    clock = found or ColumnMap(ROW_NUMBER, "s", scale=interval or USUAL_INTERVAL_S)
+    clock = stamps or ColumnMap(ROW_NUMBER, "s", scale=interval or USUAL_INTERVAL_S)
     raw = values.pop(clock.column, None)
     raw = np.arange(1.0, len(next(iter(values.values()))) + 1.0) if raw is None else raw
     check_time(path.name, raw)
-    times = "read" if found else "said" if interval else "made up"
-    return with_summed_speed(surveyed(path, clock, raw, values, times), path, raw, values)
+    times = "read" if stamps else "said" if interval else "made up"
+    found = with_summed_speed(surveyed(path, clock, raw, values, times), path, raw, values)
+    broken = columns_with_bad_cells(file, [c.name for c in found.columns])
+    unread = [FileColumn(name, "unread", "", np.nan, np.nan, 0.0, text) for name, text in broken.items()]
+    return found._replace(columns=(*found.columns, *unread))
 
 
 def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict[str, np.ndarray]) -> Survey:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from derive.plant_signature import INPUT_WORDS, WORDS_FOR_ANY, PlantSignature, PlantWords, Sensor
 from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure, did_you_mean
+from wheelpend.logs.csv_text import NAMELESS_PREFIX
 
 UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
     "rad": ("rad", 1.0),
@@ -275,7 +276,7 @@ def missing_columns_text(
         else counted
         for name in guesses
     ]
-    nameless = all(n == f"column {k}" for k, n in enumerate(names, 1))
+    nameless = all(n == f"{NAMELESS_PREFIX}{k}" for k, n in enumerate(names, 1))
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
     return (
         f"{log}: {what} missing. The {kind} has{', without a header' if nameless else ''}: {', '.join(names)}. "

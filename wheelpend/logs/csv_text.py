@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from wheelpend.errors import Failure
 
+NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
 MISSING_CELLS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
 SNIFFED_BYTES, SNIFFED_LINES = 65_536, 200  # bytes of a file, and lines of its table in them, that tell its layout
 COMMENT_PREFIXES = ("#", "%", "//")
@@ -80,7 +81,7 @@ def csv_layout(path: Path) -> CsvLayout:
     titles = titles or ([] if commented else otherwise_separated(texts[:first], rows))
     header = titles[0].cells if titles else commented
     width = len(table[first].cells) if first < len(table) else 0
-    names = [name or f"column {k}" for k, name in enumerate(header or [""] * width, 1)]
+    names = [name or f"{NAMELESS_PREFIX}{k}" for k, name in enumerate(header or [""] * width, 1)]
     units = dict(zip(names, map(plain_unit, titles[1].cells), strict=False)) if len(titles) > 1 else {}
     commas = any(DECIMAL_COMMA_PATTERN.fullmatch(c) for line in table[first:] for c in line.cells)
     skipped = table[first].number if first < len(table) else len(lines)

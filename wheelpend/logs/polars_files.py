@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from wheelpend.errors import Failure
+from wheelpend.errors import BadCell, Failure
 from wheelpend.logs.csv_text import (
     MISSING_CELLS,
+    NAMELESS_PREFIX,
     WHITESPACE,
     CsvLayout,
     check_unique,
@@ -31,6 +32,7 @@ STAMP_PATTERN = (  # date, hours, minutes, seconds; the zone is not looked at
     r"^(?:([0-9]{4}-[0-9]{2}-[0-9]{2})[ T])?([0-9]{1,2}):([0-5][0-9]):([0-5][0-9](?:[.,][0-9]+)?)"
     r"(?:Z|[+-][0-9]{2}:?[0-9]{2})?$"
 )
+MAX_BAD_SHARE = 0.1  # of a column's cells, that are no numbers where it is a column of numbers
 DAY_S = 86_400.0
 MAX_RECODED_BYTES = 300_000_000  # bytes of UTF-16 that are held a second time, as UTF-8, to be read
 
@@ -174,6 +176,7 @@ def read_parquet(path: Path, wanted: list[str]) -> pl.DataFrame:
 
 def numeric_column(log: str, column: pl.Series, decimal_comma: bool = False) -> np.ndarray:
     """Column as (N,) float64 with NaN for missing cells; raises Failure naming a cell that is no number."""
+    called = column.name if column.name.startswith(NAMELESS_PREFIX) else f"column {column.name}"
     if column.dtype == pl.String:
         text = column.str.strip_chars()
         text = pl.select(pl.when(text.is_in(list(MISSING_CELLS))).then(None).otherwise(text)).to_series()
@@ -183,9 +186,9 @@ def numeric_column(log: str, column: pl.Series, decimal_comma: bool = False) -> 
         numbers = decimal.cast(pl.Float64, strict=False)
         bad = (text.is_not_null() & numbers.is_null()).arg_true()
         if len(bad):
-            row = int(bad[0])
-            raise Failure(
-                f"{log}: cells must be numbers or empty; row {row + 1} of column {column.name} has {text[row]!r}"
+            row, few = int(bad[0]), len(bad) <= MAX_BAD_SHARE * (len(text) - text.null_count())
+            raise (BadCell if few else Failure)(
+                f"{log}: cells must be numbers or empty; row {row + 1} of {called} has {text[row]!r}"
                 + (f", and {len(bad) - 1} more like it." if len(bad) > 1 else ".")
             )
     elif column.dtype.is_numeric() or column.dtype == pl.Null:

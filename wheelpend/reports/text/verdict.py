@@ -50,6 +50,9 @@ UNKNOWN_LAW_SENTENCE = (
     "What is left is rather a law of these signals than chance, but no function of them is certain to be it: a longer "
     "log with more motion will tell."
 )
+NOTHING_DETERMINED_SENTENCE = (
+    "These logs determine no parameter of the machine, so that they judge no model: record larger or other motion."
+)
 MAX_PART_SHARE = 0.995  # of a force's mean square, above which a function of it is no part
 MIN_LIKELY_FALL = 0.2  # relative, of the held-out error, with which an effect that is not certain is worth a word
 MIN_LIKELY_PROBABILITY = 0.5  # of all of the library's, with which such an effect is missing, to be the one to try
@@ -88,7 +91,9 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
         return (f"Nothing that repeats is missing: the error is {error} (noise floor {floor}), no effect of the "
                 f"library is worth naming, and {left}")  # fmt: skip
     what = "Something that repeats is missing"
-    if not has_repeating(result.remainder):
+    if result.determines_nothing:
+        what = "What is missing cannot be told"
+    elif not has_repeating(result.remainder):
         what = "Most of the motion is left to chance" if is_mostly_chance(result.remainder) else "Something is missing"
     return (f"{what} (error {error}, noise floor {floor}), and no effect of the library accounts for it. "
             f"{rest_beside_force_text(result)}").strip()  # fmt: skip
@@ -96,7 +101,9 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
 
 def rest_beside_force_text(result: Diagnosis) -> str:
     """What is known of something that no effect accounts for beside a random force, in sentences."""
-    if has_repeating(result.remainder):
+    if result.determines_nothing:
+        rest = NOTHING_DETERMINED_SENTENCE
+    elif has_repeating(result.remainder):
         rest = repeating_text(result.remainder, result.problem.plant)
     elif is_mostly_chance(result.remainder):
         rest = MOSTLY_CHANCE_SENTENCE
@@ -198,6 +205,7 @@ def closing_sentence(result: Ladder) -> str:
         what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
         rest = rest_beside_force_text(result.last)
         what = PROBABLY_MISSING_SENTENCE if rest.startswith(UNCERTAIN_SENTENCE) else what
+        what = "What is missing cannot be told." if result.last.determines_nothing else what
         return f"{what} {rest}".strip()
     if result.verdict == "unexplained" and not result.last.named and is_at_noise(result.last):
         return f"{UNCERTAIN_SENTENCE} {probable_text(result.last)}".strip()
