@@ -186,6 +186,11 @@ class PlantSignature:
         return self.words.input or (INPUT_WORDS.get(self.input_unit, self.input) if self.driven else undriven)
 
     @property
+    def drive_words(self) -> str:
+        """What a force is a share of, in words: what moves the machine, an input or, without one, all that acts."""
+        return "the drive" if self.driven else "what acts on it"
+
+    @property
     def inputs_phrase(self) -> str:
         """Inputs with their unit, in words: voltages in V."""
         word = INPUT_WORDS.get(self.input_unit)

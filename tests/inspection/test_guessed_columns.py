@@ -124,3 +124,25 @@ def test_a_coarse_log_of_a_pendulum_that_hangs_elsewhere_than_at_0_gets_its_offs
     angle = np.rad2deg(swing + noise) + 90.0
     found = tomllib.loads(first_look(write_csv(tmp_path / "video.csv", {"time (s)": t, "angle (deg)": angle})).model)
     assert found["columns"]["theta_1"]["offset"] == pytest.approx(-np.pi / 2, abs=0.01)
+
+
+def test_what_no_header_names_is_marked_as_guessed(tmp_path):
+    columns = swinging_columns()
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "bare.csv", rows, delimiter=",", fmt="%.7g")
+    line = next(r for r in first_look(tmp_path / "bare.csv").model.splitlines() if r.startswith("theta_1"))
+    assert "# guessed: the file has no header, so by what the column does" in line
+    named = first_look(write_csv(tmp_path / "named.csv", columns))
+    assert "guessed" not in named.model
+
+
+def test_a_column_called_force_is_no_unit_of_what_turns_a_pendulum(tmp_path):
+    columns = swinging_columns() | {"force": np.sin(np.arange(900) * 0.02) ** 3}
+    found = tomllib.loads(first_look(write_csv(tmp_path / "pushed.csv", columns), "pendulum").model)
+    assert found["columns"]["v_in"]["column"] == "force" and found.get("input", {}).get("unit", "N m") == "N m"
+
+
+def swinging_columns() -> dict[str, np.ndarray]:
+    t = np.arange(900) * 0.01
+    swing = solve_ivp(lambda _, s: (s[1], -30.0 * np.sin(s[0]) - 0.1 * s[1]), (0.0, 9.0), (0.9, 0.0), t_eval=t).y[0]
+    return {"time": t, "angle_rad": swing + 1e-3 * np.random.default_rng(5).standard_normal(t.size)}

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from wheelpend import Model
 from wheelpend.reports.ladder import Rung, bar_lengths, draw_ladder
 from wheelpend.reports.numbers import prediction_error_text, unexplained_input_text
 from wheelpend.reports.text.explanation import ladder_lines
@@ -15,7 +16,8 @@ RUNGS = [Rung("nominal", "nominal", float("inf")), Rung("refitted", "refitted", 
 def ladder(nominal: float | None, base: float, *after: float):
     unknown = {"force_before": None, "force_after": None}
     steps = [SimpleNamespace(effect=f"effect_{k}", error_after=e, **unknown) for k, e in enumerate(after)]
-    return SimpleNamespace(nominal_error=nominal, base_error=base, steps=steps, noise_floor=1.0)
+    problem = SimpleNamespace(plant=Model.default().plant_signature)
+    return SimpleNamespace(nominal_error=nominal, base_error=base, steps=steps, noise_floor=1.0, problem=problem)
 
 
 def test_the_bar_of_a_prediction_that_diverged_is_the_longest():

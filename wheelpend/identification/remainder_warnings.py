@@ -62,8 +62,8 @@ def remainder_warnings(left: Remainder | None, plant: PlantSignature) -> tuple[s
                 "`wheelpend inspect LOG`, and whether the machine is one that the plant describes.",)  # fmt: skip
     of_input = ", and log the mean of the input from row to row where the controller is faster than the log"
     further = of_input if plant.driven_ports else ""
-    return ("More than half of the motion's forces are unmodelled: a random force as large as the drive is left. "
-            f"Values mean little yet. Check units, signs and clock with `wheelpend inspect LOG`{further}; "
+    return (f"More than half of the motion's forces are unmodelled: a random force as large as {plant.drive_words} is "
+            f"left. Values mean little yet. Check units, signs and clock with `wheelpend inspect LOG`{further}; "
             "what is missing `wheelpend diagnose LOG` says.",)  # fmt: skip
 
 

@@ -71,7 +71,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     gravity = chain.zero if chain else gravity if best.swings else None
     offset = zero_offset(gravity) if gravity is not None else 0.0
     turned = best.table.places if chain and not chain.is_relative else best.table.places[:1]
-    reasons = surplus_reasons(survey, best) | {n: g.reason for n, g in guesses.items()}
+    reasons = nameless_reasons(best) | surplus_reasons(survey, best) | {n: g.reason for n, g in guesses.items()}
     beyond = is_beyond_its_range(survey, best, maps)
     hangs = not beyond and is_hanging_pole(survey, best)
     if beyond or hangs:
@@ -139,6 +139,12 @@ def surplus_reasons(survey: Survey, best: Candidate) -> dict[str, str]:
     return found
 
 
+def nameless_reasons(best: Candidate) -> dict[str, str]:
+    """Why a quantity has a column that no header names."""
+    reason = "the file has no header, so by what the column does"
+    return {n: reason for n, column in best.columns.items() if column.startswith(NAMELESS_PREFIX)}
+
+
 def clock_reason(survey: Survey) -> str:
     """Why a column is read as the time that nothing calls so; nothing of one that is, or of the first without names."""
     name = survey.clock.column
@@ -153,7 +159,9 @@ def clock_reason(survey: Survey) -> str:
 def unit_of_inputs(best: Candidate) -> str:
     """Unit of a plant's inputs by their columns, its own where none was found; nothing where nothing drives it."""
     columns = [best.columns[n] for n in best.table.inputs if n in best.columns]
-    return input_unit(columns) if columns else best.table.units.get(best.table.input, "")
+    own, named = best.table.units.get(best.table.input, ""), input_unit(columns) if columns else ""
+    turns = all(best.table.units[p] == "rad" for p in best.table.places)
+    return own if not named or (named == "N" and turns) else named  # a force turns nothing by itself
 
 
 def missing_columns(survey: Survey, best: Candidate) -> dict[str, str]:

@@ -90,6 +90,7 @@ def draw_ladder(explanation: Ladder, path: Path) -> Path:
         label_width=LABEL_WIDTH_PX,
         height=TOP_MARGIN_PX + BAR_HEIGHT_PX * len(bars) + BOTTOM_MARGIN_PX,
         floor=digits_text(explanation.noise_floor),
+        drive_words=explanation.problem.plant.drive_words,
         has_forces=any(r.force is not None for r in rungs),
     )
     write_text(path, text)

@@ -42,8 +42,9 @@ def ladder_lines(result: Ladder) -> Iterator[str]:
     rungs = ladder_rungs(result, "nominal parameters", "after refitting")
     lengths = bar_lengths(rungs, result.noise_floor, LONGEST_BAR)
     yield f"{'held-out error':>24}   (noise floor {digits_text(result.noise_floor)})"
+    of_all = f"of {result.problem.plant.drive_words}"
     for rung, length in zip(rungs, lengths, strict=True):
-        force = "" if rung.force is None else f" random force {share_text(rung.force)} of the drive"
+        force = "" if rung.force is None else f" random force {share_text(rung.force)} {of_all}"
         bar = "█" * length or "▏"
         yield f"{rung.label:>24} {prediction_error_text(rung.error):>9} {bar}{force}"
 
@@ -52,7 +53,7 @@ def _step_lines(step: Step, result: Ladder) -> Iterator[str]:
     yield f"{step.effect}: {effect_meaning_text(step, result.model, rms_input(result.problem))}"
     yield f"  {evidence_text(step)}"
     if step.force_before is not None and step.force_after is not None:
-        yield f"  {force_change_text(step.force_before, step.force_after)}"
+        yield f"  {force_change_text(step.force_before, step.force_after, result.problem.plant)}"
     if moved := moved_size_text(step, result):
         yield f"  {moved}"
     yield from log_size_lines(step)

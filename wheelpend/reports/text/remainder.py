@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wheelpend.model.units import PlantUnits, plant_units_of
+from wheelpend.model.units import plant_units_of
 from wheelpend.reports.numbers import digits_text, is_number, range_text, share_text, time_text
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str 
     """
     if left is None:
         return []
-    quantities = plant_units_of(model)
     errors = [_sensor_sentence(name, error) for name, error in left.sensors.items()]
     errors += [_resonance_sentence(ring) for ring in left.resonances]
     if not left.force:
@@ -45,7 +44,7 @@ def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str 
     for place, rows in _rows_by_force(left):
         row, strongest = max(rows, key=lambda r: r[1].share)
         where = f"on the {row} row in all" if place in told else _place_text(row, strongest, model)
-        lines += _force_sentences(strongest, where, quantities, "And" if lines else begin)
+        lines += _force_sentences(strongest, where, model, "And" if lines else begin)
         told.add(place)
     return [*lines, *errors]
 
@@ -71,9 +70,10 @@ def _place_text(row: str, force: RowForce, model: Model) -> str:
     return port.place if port else f"on the {row} row"
 
 
-def _force_sentences(force: RowForce, place: str, quantities: PlantUnits, begin: str) -> list[str]:
-    physical = "" if force.rms_torque is None else f" ({digits_text(force.rms_torque, 3)} {quantities.physical})"
-    share = f", {share_text(force.share)} of the drive" if is_number(force.share) else ""
+def _force_sentences(force: RowForce, place: str, model: Model, begin: str) -> list[str]:
+    physical_unit, of_all = plant_units_of(model).physical, model.plant_signature.drive_words
+    physical = "" if force.rms_torque is None else f" ({digits_text(force.rms_torque, 3)} {physical_unit})"
+    share = f", {share_text(force.share)} of {of_all}" if is_number(force.share) else ""
     negligible = ": negligible" if force.share < NEGLIGIBLE_SHARE else ""
     unit = "" if force.unit == "1" else f" {force.unit}"
     found = (f"{begin} a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "

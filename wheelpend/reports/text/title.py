@@ -38,7 +38,8 @@ def _explained_force_text(explanation: Ladder) -> str:
     if falls or before is None or after is None or not is_number(before) or not after <= MIN_MOST_SHARE * before:
         return ""
     rest = ", and something is still missing" if explanation.verdict == "unexplained" else ""
-    return f"most of what was left to chance{rest}, {share_text(before)} → {share_text(after)} of the drive"
+    shares = f"{share_text(before)} → {share_text(after)} of {explanation.problem.plant.drive_words}"
+    return f"most of what was left to chance{rest}, {shares}"
 
 
 def _without_steps(explanation: Ladder) -> str:

@@ -307,9 +307,10 @@ def evidence_text(step: Step) -> str:
             "show.")  # fmt: skip
 
 
-def force_change_text(before: float, after: float) -> str:
+def force_change_text(before: float, after: float, plant: PlantSignature) -> str:
     """What a step did to the random force, as shares of the drive."""
-    return f"The random force that is left goes from {share_text(before)} to {share_text(after)} of the drive."
+    of_all = plant.drive_words
+    return f"The random force that is left goes from {share_text(before)} to {share_text(after)} of {of_all}."
 
 
 def equivalents_text(step: Step, subject: str) -> str:
