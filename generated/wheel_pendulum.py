@@ -1,5 +1,5 @@
 # Made by wheelpend from model.toml with sympy 1.14.0 and Jinja 3.1.6; do not edit, run `wheelpend generate`.
-# plant wheel_pendulum; assumptions planar=True, ground_friction_reaction=body, ground_friction=True, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, range=upright, rate_sensor=False, encoder=absolute; effects none
+# plant wheel_pendulum; assumptions planar=True, ground_friction_reaction=body, ground_friction=True, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, range=upright, gyro=True, rate_sensor=False, encoder=absolute; effects none
 """Kernels of the model `wheel_pendulum`.
 
 wheel row: 0 =

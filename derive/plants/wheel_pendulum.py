@@ -77,6 +77,12 @@ PLANT_ASSUMPTIONS = (
         "swing-up.",
     ),
     Assumption(
+        "gyro",
+        True,
+        (True, False),
+        "Whether a gyro reads the body's rate, dtheta_p, or a log has the pitch alone.",
+    ),
+    Assumption(
         "rate_sensor",
         False,
         (True, False),
@@ -250,13 +256,13 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         geometry=geometry_symbols(yaws),
         internal={} if yaws else internal,
         free=free,
-        controlled=("theta_p", "dtheta_p"),
+        controlled=("theta_p", "dtheta_p" if assumptions["gyro"] else ""),
         reference=REFERENCE,
         range_channel=RANGE_CHANNEL if upright else "",
         words=WORDS if upright else WORDS_ANYWHERE,
         usual_limits=USUAL_LIMITS if upright else None,
         reversals=REVERSALS,
-        wiring_check="" if yaws else WIRING_CHECK,
+        wiring_check=WIRING_CHECK if assumptions["gyro"] and not yaws else "",
     )
 
 
@@ -368,7 +374,7 @@ def channels(assumptions: dict, motion: Motion) -> tuple[Channel, ...]:
     return (
         Channel("theta_w", motion.theta_w - base, "rad", SENSORS["theta_w"]),
         Channel("theta_p", motion.theta_p, "rad", SENSORS["theta_p"]),
-        Channel("dtheta_p", motion.dtheta_p, "rad/s", SENSORS["dtheta_p"]),
+        *([Channel("dtheta_p", motion.dtheta_p, "rad/s", SENSORS["dtheta_p"])] if assumptions["gyro"] else []),
         *([speed] if assumptions["rate_sensor"] else []),
         *([] if assumptions["planar"] else [Channel("dpsi", motion.dpsi, "rad/s")]),
     )

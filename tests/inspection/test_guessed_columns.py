@@ -146,3 +146,12 @@ def swinging_columns() -> dict[str, np.ndarray]:
     t = np.arange(900) * 0.01
     swing = solve_ivp(lambda _, s: (s[1], -30.0 * np.sin(s[0]) - 0.1 * s[1]), (0.0, 9.0), (0.9, 0.0), t_eval=t).y[0]
     return {"time": t, "angle_rad": swing + 1e-3 * np.random.default_rng(5).standard_normal(t.size)}
+
+
+def test_a_set_point_without_a_command_is_told_to_be_of_a_machine_that_is_driven(tmp_path):
+    columns = swinging_columns() | {"TargetAngle": np.full(900, 0.3)}
+    found = first_look(write_csv(tmp_path / "held.csv", columns))
+    assert any("TargetAngle is called a set point: a controller drives" in s for s in found.proposal.sentences)
+    columns |= {"voltage": np.sin(np.arange(900) * 0.02)}
+    found = first_look(write_csv(tmp_path / "driven.csv", columns))
+    assert not any("set point" in s for s in found.proposal.sentences)

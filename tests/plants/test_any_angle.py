@@ -99,6 +99,7 @@ def test_rates_have_noise_from_the_log_and_are_known_as_rates():
     ("cart_pole", {"rate_sensor": True}, {"dtheta_p": "theta_p"}),
     ("cart_pole", {"rate_sensor": "cart"}, {"dx": "x"}),
     ("wheel_pendulum", {"rate_sensor": True}, {"dtheta_w": "theta_w", "dtheta_p": "theta_p"}),
+    ("wheel_pendulum", {"gyro": False}, {}),
     ("wheel_pendulum", {"rate_sensor": True, "encoder": "relative"}, {"dtheta_w": "theta_w", "dtheta_p": "theta_p"}),
 ])  # fmt: skip
 def test_any_shipped_plant_may_have_sensors_of_its_rates(plant, assumptions, rates):
@@ -113,6 +114,7 @@ def test_a_gyros_zero_and_scale_are_effects_wherever_there_is_a_gyro():
 
     assert sensed("pendulum") == sensed("cart_pole", rate_sensor="cart") == sensed("slide", rate_sensor=True) == set()
     assert sensed("pendulum", rate_sensor=True) == sensed("cart_pole", rate_sensor=True) == {"gyro_bias", "gyro_scale"}
+    assert sensed("wheel_pendulum") and not sensed("wheel_pendulum", gyro=False)
     assert len(sensed("pendulum", links=2, rate_sensor="both")) == 4
     model = derive.compose("pendulum", {"links": 2, "rate_sensor": "both"}, ["gyro_bias", "second_gyro_scale"])
     read = dict(zip([c.name for c in model.plant.channels], map(str, model.readings), strict=True))

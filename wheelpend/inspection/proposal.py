@@ -14,6 +14,8 @@ from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.angle_unit import is_in_degrees, is_small_swing
 from wheelpend.inspection.column_names import (
+    REFERENCE_NAMES,
+    contains,
     input_unit,
     is_acceleration,
     is_no_place,
@@ -78,6 +80,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
         best = best._replace(assumptions={**best.assumptions, "range": "any"})
     sentences = [
         plants_sentence(found or [best]),
+        *controlled_sentence(survey, best),
         *role_sentences(survey, best),
         *offset_sentence(best, maps, gravity, offset, turned),
     ]
@@ -334,6 +337,17 @@ def plants_sentence(found: list[Candidate]) -> str:
     words = list(dict.fromkeys(c.words for c in found))
     others = f" These fit by their columns too: {'; '.join(words[1:])}." if len(words) > 1 else ""
     return f"By its columns this is a log of the plant {words[0]}.{others}"
+
+
+def controlled_sentence(survey: Survey, best: Candidate) -> list[str]:
+    """That a file with a set point is of a machine that a controller drives, where no column is what it commands."""
+    goal = next((c.name for c in survey.columns if contains(c.name, REFERENCE_NAMES)), "")
+    if not goal or any(n in best.columns for n in best.table.inputs):
+        return []
+    return [
+        f"{goal} is called a set point: a controller drives the machine, and no column is what it commands. In a model "
+        "that nothing drives its controller stands for gravity: log the command too."
+    ]
 
 
 def role_sentences(survey: Survey, best: Candidate) -> list[str]:

@@ -66,6 +66,7 @@ EXCLUDED_ASSUMPTIONS = (  # no other choices for the paper's equations
     "motor_circuit",  # treated below
     "planar",  # a robot that turns has a row that the paper has not
     "range",  # which logs are usable, no equation
+    "gyro",  # it has one
     "rate_sensor",  # the paper's robot has none
     "ground_friction",  # without it f_w is zero, and nothing else is otherwise
 )
