@@ -20,6 +20,7 @@ from wheelpend.diagnosis.verdict import (
     revise_verdict,
     structurally_equivalent,
     verdict_on,
+    where_chance_does_not_explain,
     where_nothing_is_determined,
     with_steps,
     with_structures,
@@ -27,6 +28,7 @@ from wheelpend.diagnosis.verdict import (
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import Estimate
+from wheelpend.identification.remainder import Remainder
 
 TORQUE = "coulomb_drive.torque"
 LOST, KNOWN = Estimate(0.8, 0.6, ""), Estimate(0.8, 0.06, "")
@@ -229,6 +231,23 @@ def test_logs_that_determine_nothing_do_not_say_that_nothing_is_missing(table, e
               "detectable": {"slope": {}}, "determines_nothing": False}  # fmt: skip
     found = where_nothing_is_determined(make_dataclass("Blank", [*fields])(*fields.values()), table)
     assert (found.verdict, found.determines_nothing) == (verdict, verdict == "unexplained")
+
+
+@pytest.mark.parametrize(
+    ("left", "error", "verdict"),
+    [
+        (Remainder(), 2.4, "unexplained"),
+        (Remainder(), 1.05, "nothing_missing"),
+        (Remainder(force={"wheel": None}), 2.4, "nothing_missing"),  # a random force may do that
+        (Remainder(sensors={"theta_p": None}), 2.4, "nothing_missing"),
+        (None, 2.4, "nothing_missing"),  # and of this nothing is known
+    ],
+)
+def test_where_nothing_is_left_to_chance_held_out_data_are_predicted_or_something_is_unexplained(left, error, verdict):
+    fields = {"verdict": "nothing_missing", "error": error, "noise_floor": 1.0, "named": (), "remainder": left,
+              "detectable": {}}  # fmt: skip
+    found = where_chance_does_not_explain(make_dataclass("Blank", [*fields])(*fields.values()))
+    assert found.verdict == verdict
 
 
 @pytest.mark.parametrize(("nats", "warned"), [(1.0, True), (15.0, False)])

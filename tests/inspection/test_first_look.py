@@ -203,7 +203,10 @@ def test_a_workspace_starts_as_its_log_suggests(tmp_path, monkeypatch):
     assert f"Try `wheelpend compare {(tmp_path / 'log.csv').resolve()}` there." in said
     assert Model.open(tmp_path / "arm").assumptions["driven"] is True
     said = run("new", tmp_path / "other", "--plant", "cart_pole", "--from", tmp_path / "log.csv").output
-    assert "x is not recognised: put one of theta_1_ref" in said and Model.open(tmp_path / "other").plant == "cart_pole"
+    assert (
+        "x is not recognised: put theta_1_ref in its place" in said
+        and Model.open(tmp_path / "other").plant == "cart_pole"
+    )
 
 
 def test_a_gyro_by_its_name_is_a_sensor_however_smooth_its_numbers_are(tmp_path):

@@ -148,6 +148,27 @@ def swinging_columns() -> dict[str, np.ndarray]:
     return {"time": t, "angle_rad": swing + 1e-3 * np.random.default_rng(5).standard_normal(t.size)}
 
 
+def test_counts_beside_a_rate_get_their_unit_from_it(tmp_path):
+    t = np.arange(500) * 0.02
+    turned = np.cumsum(2.0 + 1.5 * np.sin(3.0 * t)) * 0.02
+    columns = {"time": t, "motor_power": np.sin(3.0 * t + 0.3), "motor_position": np.round(120.0 * turned)}
+    columns |= {"motor_velocity": np.round(2.0 + 1.5 * np.sin(3.0 * t), 2)}
+    found = first_look(write_csv(tmp_path / "counted.csv", columns), "slide")
+    entry = tomllib.loads(found.model)["columns"]["x"]
+    assert entry["scale"] == pytest.approx(1.0 / 120.0, rel=0.01)
+    assert "# guessed: counts, for motor_velocity makes 120" in found.model
+
+
+def test_a_torque_that_is_a_target_is_the_input_and_an_error_of_the_speed_no_rate(tmp_path):
+    t = np.arange(500) * 0.01
+    speed = np.sin(2.0 * t) ** 3
+    columns = {"Tempo": t, "Position": np.cumsum(speed) * 0.01, "Velocity": speed + 1e-3 * np.cos(37.0 * t)}
+    columns |= {"Velocity Error": 0.3 - speed, "Target Torque": np.cos(2.0 * t), "Target Pos": np.full(500, 2.0)}
+    roles = {c.name: c.role for c in survey_file(write_csv(tmp_path / "servo.csv", columns)).columns}
+    assert (roles["Tempo"], roles["Target Torque"], roles["Velocity"]) == ("time", "input", "rate")
+    assert roles["Velocity Error"] not in ("rate", "position") and roles["Target Pos"] == "constant"
+
+
 def test_a_set_point_without_a_command_is_told_to_be_of_a_machine_that_is_driven(tmp_path):
     columns = swinging_columns() | {"TargetAngle": np.full(900, 0.3)}
     found = first_look(write_csv(tmp_path / "held.csv", columns))

@@ -150,7 +150,7 @@ def test_a_named_plant_gets_a_line_for_the_place_that_was_not_recognised(tmp_pat
     with pytest.raises(Failure, match="--plant NAME"):
         first_look(written(tmp_path, columns))
     written_as = first_look(written(tmp_path, columns), "pendulum").proposal.text
-    assert 'theta_1 = { column = "?" }  # not recognised: put one of level in its place' in written_as
+    assert 'theta_1 = { column = "?" }  # not recognised: put level in its place' in written_as
 
 
 def test_a_gyro_that_shares_the_fast_motion_of_its_angle_is_a_sensor(robot, tmp_path):

@@ -69,7 +69,9 @@ def test_before_a_search_it_is_said_that_it_is_of_the_model_as_it_stands(effects
 
 
 def test_without_a_force_sensor_noise_explains_the_rest():
-    assert remainder_sentences(Remainder(), MODEL) == ["Nothing is left to chance: sensor noise explains the rest."]
+    assert remainder_sentences(Remainder(), MODEL) == [
+        "Nothing is left to chance: sensor noise explains what was fitted."
+    ]
     assert remainder_sentences(None, MODEL) == []
 
 
@@ -219,9 +221,9 @@ def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
 
 
 def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
-    def said(share, *, by_likelihood=True, error=35.0, verdict="unexplained", determines_nothing=False):
+    def said(share, *, by_likelihood=True, error=35.0, verdict="unexplained", determines_nothing=False, left=None):
         last = SimpleNamespace(
-            by_likelihood=by_likelihood, named=(), remainder=Remainder({"wheel": force(share=share)}), refitted=(),
+            by_likelihood=by_likelihood, named=(), remainder=left or Remainder({"wheel": force(share=share)}), refitted=(),
             error=error, noise_floor=1.0, structures=(), leaves_unknown=False, determines_nothing=determines_nothing,
             problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
@@ -229,6 +231,8 @@ def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
 
     assert said(0.8).startswith("Most of the motion is still left to chance.")
     assert said(0.2).startswith("Something is probably still missing.")
+    fitted = said(0.0, left=Remainder(unpredicted=0.1))
+    assert fitted.startswith("Something is probably still missing. What was fitted needs no random force, but")
     assert said(0.2, determines_nothing=True).startswith("What is missing cannot be told. These logs determine no")
     assert said(0.2, by_likelihood=False, error=1.01) == UNCERTAIN_SENTENCE  # sensor noise is reached
     ambiguous = said(0.2, verdict="ambiguous")

@@ -275,7 +275,20 @@ def with_remainder(found: Diagnosis, *, progress: Progress = lambda text: None) 
     table = parameter_table(problem, found.fit)
     undetermined = undetermined_warnings(problem.module, problem.plant, table)
     said = (*found.warnings, *warnings, *remainder_warnings(left, problem.plant), *undetermined)
-    return where_nothing_is_determined(replace(found, remainder=left, warnings=said), table)
+    found = replace(found, remainder=left, warnings=said)
+    return where_nothing_is_determined(where_chance_does_not_explain(found), table)
+
+
+def where_chance_does_not_explain(found: Diagnosis) -> Diagnosis:
+    """A diagnosis that names no effect, as unexplained where held-out data miss more than noise, and no chance is left.
+
+    What was fitted then needs no random force, and so shows less than what is held out.
+    """
+    at_noise = found.error <= MAX_EXPLAINED_ERROR_RATIO * found.noise_floor
+    chance = found.remainder is None or not found.remainder.is_nothing
+    if at_noise or chance or found.named or found.verdict != "nothing_missing":
+        return found
+    return replace(found, verdict="unexplained", detectable={})
 
 
 def where_nothing_is_determined(found: Diagnosis, table: Mapping[str, Estimate]) -> Diagnosis:

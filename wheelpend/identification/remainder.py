@@ -90,6 +90,11 @@ class Remainder:
     unpredicted: float | None = None  # share of the motion's mean square over the horizon that is missed; None: unknown
 
     @property
+    def is_nothing(self) -> bool:
+        """True where neither a random force nor a sensor's random error is left."""
+        return not self.force and not self.sensors
+
+    @property
     def what_repeats(self) -> tuple[Any, ...]:
         """What of it does not look like chance, of all that was found."""
         return tuple(f for f in (*self.repeating, *self.slow, *self.resonances, *self.impossible) if f.repeats)

@@ -14,13 +14,14 @@ NO_READINGS = ("err", "error", "cmd", "sp", "set", "des", "pid", "out", "integra
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")
-CLOCK_NAMES = ("time", "timestamp", "stamp", "micros", "millis")
+CLOCK_NAMES = ("time", "timestamp", "stamp", "micros", "millis", "tempo", "tiempo", "temps", "zeit")
 COUNT_NAMES = ("enc", "tick", "count", "pulse")
 SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that command nothing
 LEFT_OF_RIGHT = {"right": "left", "r": "l"}
 WHEEL_NAMES = ("wheel", "motor", "enc", "tick", "count", "pulse", "pwm", "duty")
 DUTY_NAMES = ("duty", "pwm")
 NUMBER_OR_SIDE = re.compile(r"(\d+|_[lr]|_left|_right)$")  # u1, u_L: of one of several
+EFFORT_NAMES = (*TORQUE_NAMES, "volt", "current", "pwm", "duty", "effort", "esfor", "tens", "spannung")  # es, pt, de
 SHORT_INPUT_NAMES = ("v", "cmd", "ctrl", "motor", "effort")  # inputs where no column is called one outright
 INPUT_WORDS = (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")
 INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V": ("v_in", "volt", "vir")}
@@ -158,8 +159,13 @@ def inputs_among(names: Sequence[str]) -> list[str]:
 
 
 def is_likely_input(name: str) -> bool:
-    """True of a column that is the input where no other is called so: a short name, or a command in its words."""
-    return name.lower() == "v" or (contains(name, ("cmd", "motor", "effort", "ctrl")) and not is_read_at_motor(name))
+    """True of a column that is the input where no other is called so: a short name, or a command in its words.
+
+    A torque or voltage that is a target is told to the motor, where a target angle is what a controller follows.
+    """
+    if is_read_at_motor(name) or contains(name, SUPPLY_NAMES):
+        return False
+    return name.lower() == "v" or contains(name, ("cmd", "motor", "ctrl")) or has_word(name, EFFORT_NAMES)
 
 
 def is_command(name: str) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from wheelpend.inspection.angle_unit import A_TURN_DEG, is_in_degrees, is_small_swing
 from wheelpend.inspection.column_names import (
@@ -32,6 +33,8 @@ USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
 MAX_STEADY_SAG = 0.01  # of a supply's volts, by which they vary and one number still does
 USUAL_COUNTS = 4096  # of a turn
 USUAL_WAY_M = 1e-4  # along an axis in a count
+MIN_COUNTS_OF_RATE = 1.5  # that a rate makes one unit of: below it counts in the same unit
+MAX_RATE_MISFIT = 0.01  # of a place's variance, that a rate summed over time leaves in another unit
 MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
 PUT_SECONDS = "put the seconds from row to row in the place of this scale"
 MAX_SHAFT_SPEED_RAD_S = 3000.0  # rad/s of a shaft, beyond which hardly a motor with an encoder turns
@@ -130,6 +133,8 @@ def guess_place(
         )
     if own == "rad" and not counting and (why := is_in_degrees(values, survey.longest, column, inputs)):
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
+    if by_rate := guess_by_rate(survey, column, values, own):
+        return by_rate
     way = float(np.nanmax(values) - np.nanmin(values))
     if own == "m" and not counting and way > MAX_WAY_M and beside_angle:
         return Guess(ColumnMap(column, "mm"), f"millimetres, for no carriage goes {way:.3g} m")
@@ -141,6 +146,24 @@ def guess_place(
     if own == "rad" and not counting and way < MAX_TURNS_DEG:
         return Guess(ColumnMap(column, "deg"), "degrees, for all readings are whole numbers; or an encoder's counts")
     return guess_counts(column, values, own)
+
+
+def guess_by_rate(survey: Survey, column: str, values: np.ndarray, own: str) -> Guess | None:
+    """A guess of what one count of a position (N,) is, by a rate beside it that counts in another unit; or None."""
+    rates = [c.name for c in survey.columns if c.role == "rate" and c.of == column and c.name in survey.values]
+    if not rates or not is_whole(values[np.isfinite(values)]) or stated_unit(column):
+        return None
+    known = np.isfinite(values) & np.isfinite(survey.values[rates[0]])
+    rate, t, values = survey.values[rates[0]][known], survey.values["t"][known], values[known]
+    summed = cumulative_trapezoid(rate, t, initial=0.0)
+    summed, moved = summed - summed.mean(), values - values.mean()
+    counts = float(summed @ moved) / (float(summed @ summed) or 1.0)
+    rest = moved - counts * summed
+    if abs(counts) < MIN_COUNTS_OF_RATE or float(rest @ rest) > MAX_RATE_MISFIT * float(moved @ moved):
+        return None
+    unit = "m, or one rad of a shaft" if own == "m" else own
+    said = f"counts, for {rates[0]} makes {abs(counts):.4g} of them one {unit}: put the exact number in its place"
+    return Guess(ColumnMap(column, scale=float(f"{1.0 / abs(counts):.5g}")), said)
 
 
 def _high_speed(survey: Survey, values: np.ndarray) -> float:

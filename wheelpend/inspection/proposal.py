@@ -170,7 +170,11 @@ def unit_of_inputs(best: Candidate) -> str:
 def missing_columns(survey: Survey, best: Candidate) -> dict[str, str]:
     """What to put for each quantity that a plant needs and no column of the file was found for."""
     left = left_over(survey, [*best.columns.values()])
-    choice = f"put one of {', '.join(left)} in its place" if left else "no column is left over; log it"
+    choice = (
+        f"put {'one of ' if left[1:] else ''}{', '.join(left)} in its place"
+        if left
+        else "no column is left over; log it"
+    )
     return {n: f"{UNKNOWN_MARK}{choice}" for n in best.table.required[1:] if n not in best.columns}
 
 

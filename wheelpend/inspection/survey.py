@@ -32,7 +32,7 @@ from wheelpend.inspection.column_names import (
     stated_factor,
     words_of,
 )
-from wheelpend.inspection.counters import coordinates_among, copies_among, counter_sentence
+from wheelpend.inspection.counters import ERROR_NAMES, coordinates_among, copies_among, counter_sentence
 from wheelpend.inspection.file_values import (
     MAX_STEP_SHARE,
     analysed,
@@ -357,7 +357,8 @@ def is_unnamed(name: str) -> bool:
 def possible_rates(names: list[str]) -> list[tuple[str, str]]:
     """Pairs of columns of which the second may be the rate of the first by what their names state."""
     places = [n for n in names if kind_by_name(n) != "rate" and not contains(n, REFERENCE_NAMES)]
-    return [(a, b) for a in places for b in names if a != b and kind_by_name(b) != "position"]
+    able = [n for n in names if kind_by_name(n) != "position" and not has_word(n, ERROR_NAMES)]
+    return [(a, b) for a in places for b in able if a != b]
 
 
 def rates_by_sum(names: list[str], values: dict[str, np.ndarray], t: np.ndarray) -> dict[str, tuple[str, str]]:

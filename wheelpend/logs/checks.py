@@ -156,8 +156,8 @@ def runaway_warnings(log: Log, table: ColumnTable) -> list[str]:
         turned = abs(float(way.sum()))
         if turned > WHOLE_TURN and turned > MIN_ONE_WAY_SHARE * float(np.abs(way).sum()):
             found.append(f"{name} begins at rest and turns {turned / WHOLE_TURN:.2g} times round without coming back, "
-                         "which nothing does that only gravity pulls: something drives it. Add its command to the log, "
-                         "and choose a plant with a motor.")  # fmt: skip
+                         "which nothing does that only gravity pulls. Look at its unit (degrees?); or else something "
+                         "drives it: its command must be in the log, and the plant one with a motor.")  # fmt: skip
     return found
 
 

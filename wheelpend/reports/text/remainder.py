@@ -38,7 +38,7 @@ def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str 
     if not left.force:
         if errors:
             return ["No random force is left: what is not predicted is taken for errors of the sensors.", *errors]
-        return ["Nothing is left to chance: sensor noise explains the rest."]
+        return ["Nothing is left to chance: sensor noise explains what was fitted."]
     begin = f"{LEFT_TO_CHANCE}{_as_it_stands_text(as_it_stands, model)}:"
     lines, told = list[str](), set[str]()
     for place, rows in _rows_by_force(left):

@@ -50,6 +50,10 @@ UNKNOWN_LAW_SENTENCE = (
     "What is left is rather a law of these signals than chance, but no function of them is certain to be it: a longer "
     "log with more motion will tell."
 )
+HELD_OUT_SENTENCE = (
+    "What was fitted needs no random force, but what is held out is missed by more than noise: it shows something that "
+    "the fitted part does not. Hold out another stretch (wheelpend split), or record more."
+)
 NOTHING_DETERMINED_SENTENCE = (
     "These logs determine no parameter of the machine, so that they judge no model: record larger or other motion."
 )
@@ -103,6 +107,8 @@ def rest_beside_force_text(result: Diagnosis) -> str:
     """What is known of something that no effect accounts for beside a random force, in sentences."""
     if result.determines_nothing:
         rest = NOTHING_DETERMINED_SENTENCE
+    elif result.remainder is not None and result.remainder.is_nothing:
+        rest = HELD_OUT_SENTENCE
     elif has_repeating(result.remainder):
         rest = repeating_text(result.remainder, result.problem.plant)
     elif is_mostly_chance(result.remainder):
@@ -122,7 +128,7 @@ def probable_text(result: Diagnosis) -> str:
         return ""
     within = "" if known[best] > MIN_LIKELY_PROBABILITY else f" of {100 * library_share:.0f} % for all of the library"
     return (f"The likeliest is {best} ({100 * known[best]:.0f} %{within}, alone and with others), which is not "
-            f"certain: record more, or try it: `wheelpend add {best}`.")  # fmt: skip
+            f"certain: record more, or try it: `wheelpend add {best} LOG`.")  # fmt: skip
 
 
 def likely_text(result: Diagnosis) -> str:
@@ -142,7 +148,7 @@ def likely_text(result: Diagnosis) -> str:
     best = min(near, key=lambda c: (len(c.coefficients), order.index(c.effect)))
     return (f"With {best.effect} {fall_text(result.error, best.error_after)} over {digits_text(result.horizon_s)} s; "
             "behind this random force it is not certain, so record more, or try it: "
-            f"`wheelpend add {best.effect}`.")  # fmt: skip
+            f"`wheelpend add {best.effect} LOG`.")  # fmt: skip
 
 
 def has_repeating(left: Remainder | None) -> bool:
@@ -205,6 +211,7 @@ def closing_sentence(result: Ladder) -> str:
         what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
         rest = rest_beside_force_text(result.last)
         what = PROBABLY_MISSING_SENTENCE if rest.startswith(UNCERTAIN_SENTENCE) else what
+        what = PROBABLY_MISSING_SENTENCE if rest.startswith(HELD_OUT_SENTENCE) else what
         what = "What is missing cannot be told." if result.last.determines_nothing else what
         return f"{what} {rest}".strip()
     if result.verdict == "unexplained" and not result.last.named and is_at_noise(result.last):
