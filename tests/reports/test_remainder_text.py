@@ -223,7 +223,8 @@ def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
 def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
     def said(share, *, by_likelihood=True, error=35.0, verdict="unexplained", determines_nothing=False, left=None):
         last = SimpleNamespace(
-            by_likelihood=by_likelihood, named=(), remainder=left or Remainder({"wheel": force(share=share)}), refitted=(),
+            by_likelihood=by_likelihood, named=(), refitted=(),
+            remainder=left or Remainder({"wheel": force(share=share)}),
             error=error, noise_floor=1.0, structures=(), leaves_unknown=False, determines_nothing=determines_nothing,
             problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
