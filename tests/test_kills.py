@@ -32,7 +32,13 @@ OWN_EFFECT = {"own_drag": {"family": "drive", "sentence": "", "on": "drive", "la
                            "parameters": {"c": {"unit": "V", "typical": 0.1}}}}  # fmt: skip
 STEP = SimpleNamespace(effect="slope", error_before=3.0, error_after=1.0, force_before=None, force_after=None)
 LADDER = SimpleNamespace(
-    nominal_error=9.0, base_error=3.0, steps=(STEP,), error=1.0, noise_floor=1.0, effects=("slope",)
+    nominal_error=9.0,
+    base_error=3.0,
+    steps=(STEP,),
+    error=1.0,
+    noise_floor=1.0,
+    effects=("slope",),
+    problem=SimpleNamespace(plant=Model.default().plant_signature),
 )
 
 

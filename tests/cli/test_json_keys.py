@@ -73,20 +73,21 @@ COMMANDS = {
     "identify log.csv": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias covariance(names matrix)
-        remainder(force sensors places repeatable_share repeating resonances slow impossible unpredicted)
+        remainder(force sensors places repeatable_share repeating resonances slow impossible instead unpredicted)
         widening(factors correlation_times_s) fixed at_bounds""",
     "residuals log.csv": """
         schema channels(white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s
         autocorrelation band quantiles samples) fitted_first warnings
-        remainder(force sensors places repeatable_share repeating resonances slow impossible unpredicted)""",
+        remainder(force sensors places repeatable_share repeating resonances slow impossible instead unpredicted)""",
     "compare log.csv": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
         closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log residuals
-        remainder(force sensors places repeatable_share repeating resonances slow impossible unpredicted) against""",
+        remainder(force sensors places repeatable_share repeating resonances slow impossible instead unpredicted)
+        against""",
     "compare log.csv --against model.toml": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
         closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log residuals
-        remainder(force sensors places repeatable_share repeating resonances slow impossible unpredicted)
+        remainder(force sensors places repeatable_share repeating resonances slow impossible instead unpredicted)
         against(model error fit_percent rmse horizons(seconds error diverged) fitted_first)""",
     "export json": """
         schema target plant effects error error_in_target replayed notes""",
@@ -97,7 +98,8 @@ COMMANDS = {
     "add coulomb_drive --data log.csv": """
         schema effect coefficients(torque) sigma(torque) unit(torque) error_before error_after per_log blocks_agree
         effects noise_floor horizon_s parameters(value sigma)
-        remainder(force sensors places repeatable_share repeating resonances slow impossible unpredicted) warnings""",
+        remainder(force sensors places repeatable_share repeating resonances slow impossible instead unpredicted)
+        warnings""",
     "remove coulomb_drive": "schema effect effects error_before error_after",
     "history": "schema history(change error_before error_after logs)",
     "effects slope": "schema effects(effect family sentence equation means parameters(name unit scope))",
