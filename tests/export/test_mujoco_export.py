@@ -5,6 +5,7 @@ import pytest
 
 from tests.export.exporting import interpreted, model_with
 from tests.support import simulated
+from wheelpend import Model
 from wheelpend.errors import Failure
 from wheelpend.export.export import export_model
 from wheelpend.export.exported_model import exported_model
@@ -25,6 +26,15 @@ def test_a_scene_has_masses_that_are_positive_and_give_the_parameters_back():
     assert v["body_mass"] * v["above"] * radius == pytest.approx(scale * x["X3"])
     assert v["body_inertia"] + v["body_mass"] * v["above"] ** 2 == pytest.approx(scale * x["X4"])
     assert v["body_mass"] * v["above"] * v["gravity"] == pytest.approx(scale * x["X5"])
+
+
+def test_a_scene_reads_a_gyro_only_where_the_model_has_one():
+    with_gyro = alike()
+    text = with_gyro.dump().replace("gyro = true", "gyro = false")
+    bare = Model.parse("".join(line for line in text.splitlines(keepends=True) if not line.startswith("rate_noise")))
+    for model, count in ((with_gyro, 1), (bare, 0)):
+        scene = mujoco_files(exported_model(model))["robot.xml"]
+        assert scene.count("jointvel") == count and scene.count("<jointpos") == 1
 
 
 @pytest.mark.extras

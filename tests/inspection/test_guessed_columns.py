@@ -176,3 +176,11 @@ def test_a_set_point_without_a_command_is_told_to_be_of_a_machine_that_is_driven
     columns |= {"voltage": np.sin(np.arange(900) * 0.02)}
     found = first_look(write_csv(tmp_path / "driven.csv", columns))
     assert not any("set point" in s for s in found.proposal.sentences)
+
+
+@pytest.mark.parametrize("name", ["temps_moteur", "tempo_c", "torque_error", "rope_tension"])
+def test_words_that_only_begin_alike_are_neither_times_nor_inputs(name, tmp_path):
+    columns = swinging_columns()
+    columns = {name: 20.0 + 0.01 * np.arange(900) + 0.3 * np.sin(np.arange(900)), **columns}
+    roles = {c.name: c.role for c in survey_file(write_csv(tmp_path / "warm.csv", columns)).columns}
+    assert roles["time"] == "time" and roles[name] not in ("time", "input")

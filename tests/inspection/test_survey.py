@@ -407,9 +407,11 @@ def test_times_that_begin_anew_are_recordings_to_be_saved_apart(tmp_path):
     twice = {n: np.concatenate([v[:400], v[:400]]) for n, v in columns.items()}
     with pytest.raises(Failure, match=r"begin anew: 2 recordings .* \(the next ones begin in row 401\)"):
         survey_file(written(tmp_path / "log.csv", twice))
-    columns["t"] = np.concatenate([columns["t"][:300], columns["t"][[302, 301]], columns["t"][303:]])
-    with pytest.raises(Failure, match="Sort the rows"):
-        survey_file(written(tmp_path / "log.csv", {n: v[: len(columns["t"])] for n, v in columns.items()}))
+    swapped, zeroed, backwards = columns["t"].copy(), columns["t"].copy(), columns["t"][::-1]
+    swapped[[300, 301]], zeroed[500] = swapped[[301, 300]], 0.0
+    for stamps in (swapped, zeroed, backwards):
+        with pytest.raises(Failure, match="Sort the rows"):
+            survey_file(written(tmp_path / "log.csv", columns | {"t": stamps}))
 
 
 def test_a_column_with_a_cell_that_is_no_number_is_named_with_that_cell(tmp_path):

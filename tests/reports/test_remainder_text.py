@@ -158,7 +158,7 @@ def test_the_likeliest_of_what_is_no_chance_is_told(left, text):
 )
 def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_bound, slow):
     left = Remainder({} if share is None else {"wheel": force(share=share, at_bound=at_bound)})
-    last = SimpleNamespace(by_likelihood=True, named=(), remainder=left)
+    last = SimpleNamespace(by_likelihood=True, named=(), remainder=left, determines_nothing=False)
     said = closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing"))
     assert ("so slow that these logs do not tell chance from a law" in said) == slow
     assert ("no law of these signals predicts it" in said) == (not slow and share is not None)

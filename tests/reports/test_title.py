@@ -17,7 +17,7 @@ LATE = ("actuator_delay", {"delay": Estimate(0.004, 1e-5, unit="s")}, ())
 
 def title(
     *steps, before=52.4, after=0.997, floor=0.9989, verdict="nothing_missing", plant="wheel_pendulum", has=None,
-    forces=(None, None), instead=(),
+    forces=(None, None), instead=(), determines_nothing=False,
 ):  # fmt: skip
     made = tuple(
         SimpleNamespace(effect=e, estimates=found, equivalent_to=alike, force_before=forces[0], force_after=forces[1])
@@ -28,7 +28,13 @@ def title(
     known = list(dict.fromkeys(n.partition(".")[0] for n in values))
     left = SimpleNamespace(instead=instead)
     return title_text(SimpleNamespace(steps=made, parameters=values, base_error=before, error=after, noise_floor=floor,
-                                      verdict=verdict, problem=problem, effects=known, remainder=left))  # fmt: skip
+                                      verdict=verdict, problem=problem, effects=known, remainder=left,
+                                      last=SimpleNamespace(determines_nothing=determines_nothing)))  # fmt: skip
+
+
+def test_where_the_logs_determine_nothing_the_title_names_nothing():
+    assert title(verdict="unexplained", determines_nothing=True).startswith("What is missing cannot be told")
+    assert title(verdict="unexplained") == "Something is missing that the library does not hold"
 
 
 def test_where_a_law_would_do_as_well_as_chance_the_title_does_not_say_that_nothing_is_missing():

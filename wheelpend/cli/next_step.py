@@ -82,7 +82,7 @@ def say_after_diagnosis(asked: Asked, found: Diagnosis, without: Sequence[str], 
         asked.say_next("add it and watch the error fall", "add", effect)
     elif found.verdict == "unexplained" and found.steps and not law:
         asked.say_next("add what explains a part of it, step by step", "explain", *question_words(without, law))
-    elif found.verdict == "unexplained" and law:
+    elif found.verdict == "unexplained" and (law or found.determines_nothing):
         asked.say_next("all of it on one page", "report", *question_words(without, law))
     elif found.verdict == "unexplained":
         asked.say_next("what law the rest follows, a minute longer", "diagnose", *question_words(without, law=True))

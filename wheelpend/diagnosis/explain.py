@@ -168,7 +168,7 @@ def explain(
         progress,
     )
     last = with_structures(revise_verdict(rounds[-1], rounds[-1]), rounds)
-    last = with_remainder(with_repeating_force(last, progress=progress), progress=progress)
+    last = with_repeating_force(with_remainder(last, progress=progress), progress=progress)
     first = with_missing_force(revise_verdict(rounds[0], last) if rounds[1:] else last, progress=progress)
     nominal = nominal_error(rounds[0].problem)  # on the data of all the steps
     return _error_ladder(rounds, first, with_law(last, progress=progress) if law else last, nominal)

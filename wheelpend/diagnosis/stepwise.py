@@ -74,8 +74,8 @@ def diagnose(
     )
     last = with_structures(revise_verdict(rounds[-1], rounds[-1]), rounds)
     result = with_steps(with_structures(revise_verdict(rounds[0], last), rounds) if rounds[1:] else last, rounds)
-    result = with_repeating_force(with_missing_force(result, progress=progress), progress=progress)
-    result = with_remainder(result, progress=progress)
+    result = with_missing_force(with_remainder(result, progress=progress), progress=progress)
+    result = with_repeating_force(result, progress=progress)
     return with_law(result, progress=progress) if law else result
 
 

@@ -252,7 +252,7 @@ def with_missing_force(found: Diagnosis, *, progress: Progress = lambda text: No
 
 def with_repeating_force(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
     """A diagnosis that says where its model fails and how much of the missing force repeats, if one is unexplained."""
-    if found.verdict != "unexplained":
+    if found.verdict != "unexplained" or found.determines_nothing:
         return found
     found = with_missing_force(found, progress=progress)
     progress("looking for what the missing force depends on")
@@ -304,7 +304,7 @@ def where_nothing_is_determined(found: Diagnosis, table: Mapping[str, Estimate])
 
 def with_law(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
     """A diagnosis with a free-form law for what is unexplained, if there is such a thing."""
-    if found.verdict != "unexplained":
+    if found.verdict != "unexplained" or found.determines_nothing:
         return found
     from wheelpend.diagnosis.missing_force.law_search import find_law  # imported late: reading laws takes SymPy
 

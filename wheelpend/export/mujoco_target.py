@@ -82,6 +82,7 @@ def scene_values(exported: ExportedModel) -> dict[str, Any]:
     damping = 0.5 * (own["X6"] + own["X7"])
     return {
         "title": f"Model of {exported.model.plant}",
+        "has_gyro": "dtheta_p" in exported.model.table.channels,
         "version": version(),
         "torque_unit": "N m" if "alpha" in constants else "V, as the constant alpha is not known",
         "step": ENGINE_STEP_S,

@@ -14,14 +14,27 @@ NO_READINGS = ("err", "error", "cmd", "sp", "set", "des", "pid", "out", "integra
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")
-CLOCK_NAMES = ("time", "timestamp", "stamp", "micros", "millis", "tempo", "tiempo", "temps", "zeit")
+CLOCK_NAMES = ("time", "timestamp", "stamp", "micros", "millis")
+CLOCK_WORDS = ("tempo", "tiempo", "temps", "zeit")  # the same in other languages, as a whole name: tempo_c is warm
 COUNT_NAMES = ("enc", "tick", "count", "pulse")
 SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that command nothing
 LEFT_OF_RIGHT = {"right": "left", "r": "l"}
 WHEEL_NAMES = ("wheel", "motor", "enc", "tick", "count", "pulse", "pwm", "duty")
 DUTY_NAMES = ("duty", "pwm")
 NUMBER_OR_SIDE = re.compile(r"(\d+|_[lr]|_left|_right)$")  # u1, u_L: of one of several
-EFFORT_NAMES = (*TORQUE_NAMES, "volt", "current", "pwm", "duty", "effort", "esfor", "tens", "spannung")  # es, pt, de
+EFFORT_NAMES = (
+    *TORQUE_NAMES,
+    "volt",
+    "current",
+    "pwm",
+    "duty",
+    "effort",
+    "esfor",
+    "esfuerz",
+    "tensao",
+    "voltaj",
+    "spannung",
+)  # es, pt, de
 SHORT_INPUT_NAMES = ("v", "cmd", "ctrl", "motor", "effort")  # inputs where no column is called one outright
 INPUT_WORDS = (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")
 INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V": ("v_in", "volt", "vir")}
@@ -100,7 +113,8 @@ def may_be_sensor(name: str) -> bool:
 
 def is_called_time(name: str) -> bool:
     """True of a column that is a time by its words, or by a unit of more than one letter."""
-    return has_word(name, CLOCK_NAMES) or stated_unit(name) in ("ms", "us", "ns")
+    called = has_word(name, CLOCK_NAMES) or without_unit(name).strip(" _").lower() in CLOCK_WORDS
+    return (called and "deg" not in stated_unit(name)) or stated_unit(name) in ("ms", "us", "ns")
 
 
 def is_called_rate(name: str) -> bool:
@@ -152,7 +166,7 @@ def without_unit(name: str) -> str:
 def inputs_among(names: Sequence[str]) -> list[str]:
     """The columns that are inputs: by their words, or else by a unit of volts, amperes, newtons or newton metres."""
     open_names = [n for n in names if kind_by_name(n) in ("", "input") and not contains(n, REFERENCE_NAMES)]
-    open_names = [n for n in open_names if not is_read_at_motor(n)]
+    open_names = [n for n in open_names if not is_read_at_motor(n) and not has_word(n, ("err",))]
     called = [n for n in open_names if contains(n, INPUT_WORDS) or contains(without_unit(n), INPUT_WORDS)]
     stated = [n for n in open_names if kind_by_name(n) == "input"]
     return [n for n in called or stated if not contains(n, SUPPLY_NAMES)]
@@ -163,7 +177,7 @@ def is_likely_input(name: str) -> bool:
 
     A torque or voltage that is a target is told to the motor, where a target angle is what a controller follows.
     """
-    if is_read_at_motor(name) or contains(name, SUPPLY_NAMES):
+    if is_read_at_motor(name) or contains(name, SUPPLY_NAMES) or has_word(name, ("err",)):
         return False
     return name.lower() == "v" or contains(name, ("cmd", "motor", "ctrl")) or has_word(name, EFFORT_NAMES)
 

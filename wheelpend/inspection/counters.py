@@ -23,6 +23,7 @@ from wheelpend.logs.log import Log
 ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
 MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates
+MIN_COMMON_SAMPLES, MIN_COMMON_SHARE = 20, 0.1  # in which both are known, and share of a log, of a copy of a channel
 MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
 
@@ -71,7 +72,8 @@ def find_copies(log: Log, table: ColumnTable) -> list[Finding]:
     found = []
     for one, other in combinations(known, 2):
         both = np.isfinite(known[one]) & np.isfinite(known[other])
-        line = _line_between(known[one][both], known[other][both]) if both.any() and other in log.channels else None
+        enough = both.sum() >= max(MIN_COMMON_SAMPLES, MIN_COMMON_SHARE * len(log)) and other in log.channels
+        line = _line_between(known[one][both], known[other][both]) if enough else None
         if line and (one in log.channels or line == (1.0, 0.0)):
             sentence = f"{other} is {_line_text(line, one)} throughout: the same once more, and no measurement."
             cure = f"Map {one} and {other} in [columns] to the columns in which each was logged."

@@ -162,7 +162,10 @@ def guess_by_rate(survey: Survey, column: str, values: np.ndarray, own: str) -> 
     if abs(counts) < MIN_COUNTS_OF_RATE or float(rest @ rest) > MAX_RATE_MISFIT * float(moved @ moved):
         return None
     unit = "m, or one rad of a shaft" if own == "m" else own
-    said = f"counts, for {rates[0]} makes {abs(counts):.4g} of them one {unit}: put the exact number in its place"
+    stated = "" if stated_unit(rates[0]) else f" if {rates[0]} is per second"
+    said = (
+        f"counts, for {rates[0]} makes {abs(counts):.4g} of them one {unit}{stated}: put the exact number in its place"
+    )
     return Guess(ColumnMap(column, scale=float(f"{1.0 / abs(counts):.5g}")), said)
 
 

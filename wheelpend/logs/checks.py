@@ -25,6 +25,8 @@ INTERVAL_CURE = (
 WHOLE_TURN, MIN_ONE_WAY_SHARE = 2.0 * math.pi, 0.95  # of the way gone, that an angle ends away which never comes back
 MIN_SWING_UP_PERCENT = 10.0  # of a log's samples beyond the range, from which on that may be meant
 MAX_FIRST_STEP_SHARE = 0.25  # of the largest step, of a machine that begins at rest
+MIN_RECORDING_ROWS = 10  # of a recording in a file with others
+MAX_FIRST_STEPS = 20.0  # usual steps, that its first is long at most: a single wrong stamp is followed by a longer one
 MAX_ANEW_SHARE = 0.1  # of a recording's time, after its first stamp, at which the next one's begins at most
 MAX_RUNS_TOLD = 5  # of which it is said where they begin
 STILL_BAND_SIGMAS = 8.0  # standard deviations of these means within which a channel stands still: a thousand reach 6.5
@@ -38,22 +40,29 @@ def check_time(log: str, t: np.ndarray) -> None:
     backward = np.flatnonzero(np.diff(t) <= 0)
     if len(backward):
         k = int(backward[0])
-        cure = repeated_cure(t) if (np.diff(t) >= 0).all() else backward_cure(t, backward)
+        cure = repeated_cure(t) if (np.diff(t) >= 0).all() else backward_cure(t)
         raise Failure(
             f"{log}: t must grow from row to row, but row {k + 2} has {t[k + 1]:.15g} after {t[k]:.15g} in row {k + 1} "
             f"({len(backward)} such rows). {cure}"
         )
 
 
-def backward_cure(stamps: np.ndarray, backward: np.ndarray) -> str:
-    """What to do about stamps (N,) that go back before some rows: recordings in one file begin anew each."""
-    begins = [0, *(backward + 1)]
-    back = (stamps[b] - stamps[a] < MAX_ANEW_SHARE * (stamps[b - 1] - stamps[a]) for a, b in pairwise(begins))
-    if all(back):
-        rows = ", ".join(str(k + 2) for k in backward[:MAX_RUNS_TOLD])
-        return (f"The times begin anew: {len(begins)} recordings are in this file. Save each as a file of its own "
-                f"(the next ones begin in row {rows}), and give them all.")  # fmt: skip
-    return "Sort the rows and remove repeated ones."
+def backward_cure(stamps: np.ndarray) -> str:
+    """What to do about stamps (N,) that go back before some rows."""
+    begins = [0, *(np.flatnonzero(np.diff(stamps) < 0) + 1), len(stamps)]
+    anew = (stamps[b] - stamps[a] < MAX_ANEW_SHARE * (stamps[b - 1] - stamps[a]) for a, b in pairwise(begins[:-1]))
+    if all(anew) and all(_is_a_recording(stamps[a:b]) for a, b in pairwise(begins)):
+        rows = ", ".join(str(k + 1) for k in begins[1:-1][:MAX_RUNS_TOLD])
+        return (f"The times begin anew: {len(begins) - 1} recordings are in this file, or its clock starts over. Save "
+                f"each recording as a file of its own (the next ones begin in row {rows}), and give them all; or go on "
+                "counting where the clock starts over.")  # fmt: skip
+    return "Sort the rows and remove repeated ones, and those with a wrong time."
+
+
+def _is_a_recording(stamps: np.ndarray) -> bool:
+    """True of stamps (n,) that are enough for a recording of its own, and go on evenly after the first."""
+    steps = np.diff(stamps)
+    return len(stamps) >= MIN_RECORDING_ROWS and bool(steps[0] <= MAX_FIRST_STEPS * float(np.median(steps)))
 
 
 def repeated_cure(stamps: np.ndarray) -> str:

@@ -278,8 +278,8 @@ def missing_columns_text(
     ]
     nameless = all(n == f"{NAMELESS_PREFIX}{k}" for k, n in enumerate(names, 1))
     rates = " and ".join(n for n in absent if n in table.rates)
-    without = "gyro = false, or the rate_sensor that there is"
-    unread = f"If no sensor reads {rates}, the model's [assumptions] say so: {without}. " if rates else ""
+    without = "gyro of a robot on wheels, rate_sensor of any plant"
+    unread = f"If no sensor reads {rates}, the model's [assumptions] say so ({without}). " if rates else ""
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
     return (
         f"{log}: {what} missing. The {kind} has{', without a header' if nameless else ''}: {', '.join(names)}. "

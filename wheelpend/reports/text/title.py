@@ -44,6 +44,8 @@ def _explained_force_text(explanation: Ladder) -> str:
 
 def _without_steps(explanation: Ladder) -> str:
     """The finding that no effect is to be added, and which the model already has."""
+    if explanation.last.determines_nothing:
+        return "What is missing cannot be told: these logs determine no parameter of the machine"
     if explanation.verdict == "unexplained":
         return "Something is missing that the library does not hold"
     known = [

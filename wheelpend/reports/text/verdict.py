@@ -74,7 +74,7 @@ CLOSING_SENTENCES = {
 def verdict_text(result: Diagnosis, model: Model) -> str:
     """The verdict of a diagnosis in a sentence or two."""
     error, floor = prediction_error_text(result.error), digits_text(result.noise_floor)
-    if result.by_likelihood and not result.named:
+    if result.determines_nothing or (result.by_likelihood and not result.named):
         return verdict_beside_force_text(result)
     if result.verdict == "nothing_missing":
         return (f"Nothing is missing: error {error}, noise floor {floor}, and no effect of the library is worth "
@@ -201,7 +201,7 @@ def force_place_text(place: str, ports: Mapping[str, PortSpec]) -> str:
 
 def closing_sentence(result: Ladder) -> str:
     """What a ladder ends with, in a sentence or two."""
-    if result.last.by_likelihood and not result.last.named:
+    if result.last.determines_nothing or (result.last.by_likelihood and not result.last.named):
         if result.verdict in ("nothing_missing", "ambiguous"):
             step = ", but a step was ambiguous" if result.verdict == "ambiguous" else ""
             if not leaves_a_force(result.last.remainder):
