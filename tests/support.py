@@ -8,6 +8,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+import pytest
 from typer.testing import CliRunner
 
 from wheelpend import Log, Model, simulate
@@ -16,6 +17,7 @@ from wheelpend.simulation.simulate import SAMPLE_INTERVAL_S
 
 ROOT = Path(__file__).parent.parent  # of the repository
 DATA = Path(os.environ.get("WHEELPEND_DATA", ROOT.parent / "shared" / "data"))  # measured logs, not in the repository
+needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"the measured logs are not in {DATA}")
 
 CHANNELS = ("theta_w", "theta_p", "dtheta_p")
 X = dict(zip([f"X{k}" for k in range(1, 8)], (0.0436, 0.0178, 0.1149, 0.8719, 4.6701, 0.7268, 0.7256), strict=True))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support import DATA
+from tests.support import DATA, needs_data
 from wheelpend import Model, add, compare, explain, identify
 from wheelpend.benchmarks.measured.drawing import FORCE_PER_VOLT_N
 from wheelpend.benchmarks.measured.emps import (
@@ -20,6 +20,8 @@ from wheelpend.inspection.inspect import inspect_file
 from wheelpend.kernels import load as kernels
 
 AXIS_EFFECTS = (*PUBLISHED_EFFECTS, "viscous_asymmetry")
+
+pytestmark = needs_data
 
 
 @pytest.fixture(scope="module")

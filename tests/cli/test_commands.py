@@ -163,12 +163,14 @@ def test_the_next_step_asks_the_same_question(workspace):
 )
 def test_what_is_unexplained_is_asked_for_a_law_once(capsys, law, line):
     files = Asked([Path("log.csv")], [Path("other.csv")])
-    say_after_diagnosis(files, SimpleNamespace(verdict="unexplained", steps=()), ["cogging"], law)
+    say_after_diagnosis(
+        files, SimpleNamespace(verdict="unexplained", steps=(), determines_nothing=False), ["cogging"], law
+    )
     assert line in " ".join(capsys.readouterr().err.split())
 
 
 def test_what_is_explained_in_part_is_added_step_by_step_first(capsys):
-    found = SimpleNamespace(verdict="unexplained", steps=("viscous_drive", "coulomb_drive"))
+    found = SimpleNamespace(verdict="unexplained", steps=("viscous_drive", "coulomb_drive"), determines_nothing=False)
     say_after_diagnosis(Asked([Path("log.csv")]), found, [], law=False)
     assert "step by step: wheelpend explain log.csv" in " ".join(capsys.readouterr().err.split())
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.support import DATA
+from tests.support import DATA, needs_data
 from wheelpend import Model, identify
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import read_logs
@@ -123,6 +123,7 @@ def test_a_short_stretch_of_a_long_log_is_compared_too(monkeypatch):
     assert found.parameters["X1"].value == pytest.approx(INERTIA, rel=0.1)
 
 
+@needs_data
 def test_the_cutoff_on_a_measured_servo_follows_its_encoder():
     servo = Model.parse('plant = "pendulum"\neffects = ["coulomb_drive"]\n[assumptions]\ndriven = true\n')
     logs = [DATA / f"servo_pendulum/sin_time_square_{gain}.csv" for gain in (100, 200, 400)]
