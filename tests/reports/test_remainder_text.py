@@ -234,6 +234,8 @@ def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
     assert said(0.2).startswith("Something is probably still missing.")
     fitted = said(0.0, left=Remainder(unpredicted=0.1))
     assert fitted.startswith("Something is probably still missing. What was fitted needs no random force, but")
+    at_noise = said(0.0, left=Remainder(unpredicted=0.1), error=1.05)
+    assert "missed by more than noise" not in at_noise
     assert said(0.2, determines_nothing=True).startswith("What is missing cannot be told. These logs determine no")
     assert said(0.2, by_likelihood=False, error=1.01) == UNCERTAIN_SENTENCE  # sensor noise is reached
     ambiguous = said(0.2, verdict="ambiguous")

@@ -11,6 +11,7 @@ REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
 RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm")
 ACCELERATION_NAMES = ("accel", "accl", "ddot", "ddtheta", "ddq")
 NO_READINGS = ("err", "error", "cmd", "sp", "set", "des", "pid", "out", "integral")  # words of what a controller makes
+ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")
@@ -166,7 +167,7 @@ def without_unit(name: str) -> str:
 def inputs_among(names: Sequence[str]) -> list[str]:
     """The columns that are inputs: by their words, or else by a unit of volts, amperes, newtons or newton metres."""
     open_names = [n for n in names if kind_by_name(n) in ("", "input") and not contains(n, REFERENCE_NAMES)]
-    open_names = [n for n in open_names if not is_read_at_motor(n) and not has_word(n, ("err",))]
+    open_names = [n for n in open_names if not is_read_at_motor(n) and not has_word(n, ERROR_NAMES)]
     called = [n for n in open_names if contains(n, INPUT_WORDS) or contains(without_unit(n), INPUT_WORDS)]
     stated = [n for n in open_names if kind_by_name(n) == "input"]
     return [n for n in called or stated if not contains(n, SUPPLY_NAMES)]
@@ -177,7 +178,7 @@ def is_likely_input(name: str) -> bool:
 
     A torque or voltage that is a target is told to the motor, where a target angle is what a controller follows.
     """
-    if is_read_at_motor(name) or contains(name, SUPPLY_NAMES) or has_word(name, ("err",)):
+    if is_read_at_motor(name) or contains(name, SUPPLY_NAMES) or has_word(name, ERROR_NAMES):
         return False
     return name.lower() == "v" or contains(name, ("cmd", "motor", "ctrl")) or has_word(name, EFFORT_NAMES)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
+    ERROR_NAMES,
     has_word,
     is_command,
     stated_base,
@@ -20,7 +21,6 @@ from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
 
-ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
 MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates
 MIN_COMMON_SAMPLES, MIN_COMMON_SHARE = 20, 0.1  # in which both are known, and share of a log, of a copy of a channel

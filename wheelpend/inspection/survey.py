@@ -14,6 +14,7 @@ from scipy.ndimage import median_filter
 from wheelpend.errors import Failure
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
+    ERROR_NAMES,
     REFERENCE_NAMES,
     contains,
     has_word,
@@ -32,7 +33,7 @@ from wheelpend.inspection.column_names import (
     stated_factor,
     words_of,
 )
-from wheelpend.inspection.counters import ERROR_NAMES, coordinates_among, copies_among, counter_sentence
+from wheelpend.inspection.counters import coordinates_among, copies_among, counter_sentence
 from wheelpend.inspection.file_values import (
     MAX_STEP_SHARE,
     analysed,

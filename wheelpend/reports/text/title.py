@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from derive.parameter_name import effect_of, full_name
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.reports.numbers import error_text, is_number, share_text, typeset_number_text, unit_text
-from wheelpend.reports.text.verdict import plain_effect_text
+from wheelpend.reports.text.verdict import CANNOT_BE_TOLD, plain_effect_text
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.explain import Ladder, Step
@@ -45,7 +45,7 @@ def _explained_force_text(explanation: Ladder) -> str:
 def _without_steps(explanation: Ladder) -> str:
     """The finding that no effect is to be added, and which the model already has."""
     if explanation.last.determines_nothing:
-        return "What is missing cannot be told: these logs determine no parameter of the machine"
+        return f"{CANNOT_BE_TOLD}: these logs determine no parameter of the machine"
     if explanation.verdict == "unexplained":
         return "Something is missing that the library does not hold"
     known = [

@@ -54,6 +54,7 @@ HELD_OUT_SENTENCE = (
     "What was fitted needs no random force, but what is held out is missed by more than noise: it shows something that "
     "the fitted part does not. Hold out another stretch (wheelpend split), or record more."
 )
+CANNOT_BE_TOLD = "What is missing cannot be told"
 NOTHING_DETERMINED_SENTENCE = (
     "These logs determine no parameter of the machine, so that they judge no model: record larger or other motion."
 )
@@ -96,7 +97,7 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
                 f"library is worth naming, and {left}")  # fmt: skip
     what = "Something that repeats is missing"
     if result.determines_nothing:
-        what = "What is missing cannot be told"
+        what = CANNOT_BE_TOLD
     elif not has_repeating(result.remainder):
         what = "Most of the motion is left to chance" if is_mostly_chance(result.remainder) else "Something is missing"
     return (f"{what} (error {error}, noise floor {floor}), and no effect of the library accounts for it. "
@@ -107,10 +108,10 @@ def rest_beside_force_text(result: Diagnosis) -> str:
     """What is known of something that no effect accounts for beside a random force, in sentences."""
     if result.determines_nothing:
         rest = NOTHING_DETERMINED_SENTENCE
-    elif result.remainder is not None and result.remainder.is_nothing:
-        rest = HELD_OUT_SENTENCE
     elif has_repeating(result.remainder):
         rest = repeating_text(result.remainder, result.problem.plant)
+    elif result.remainder is not None and result.remainder.is_nothing and not is_at_noise(result):
+        rest = HELD_OUT_SENTENCE
     elif is_mostly_chance(result.remainder):
         rest = MOSTLY_CHANCE_SENTENCE
     else:
@@ -210,9 +211,8 @@ def closing_sentence(result: Ladder) -> str:
         chance = not has_repeating(result.last.remainder) and is_mostly_chance(result.last.remainder)
         what = "Most of the motion is still left to chance." if chance else CLOSING_SENTENCES[result.verdict]
         rest = rest_beside_force_text(result.last)
-        what = PROBABLY_MISSING_SENTENCE if rest.startswith(UNCERTAIN_SENTENCE) else what
-        what = PROBABLY_MISSING_SENTENCE if rest.startswith(HELD_OUT_SENTENCE) else what
-        what = "What is missing cannot be told." if result.last.determines_nothing else what
+        what = PROBABLY_MISSING_SENTENCE if rest.startswith((UNCERTAIN_SENTENCE, HELD_OUT_SENTENCE)) else what
+        what = f"{CANNOT_BE_TOLD}." if result.last.determines_nothing else what
         return f"{what} {rest}".strip()
     if result.verdict == "unexplained" and not result.last.named and is_at_noise(result.last):
         return f"{UNCERTAIN_SENTENCE} {probable_text(result.last)}".strip()
