@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from wheelpend.diagnosis.evidence import CandidateFit
+from wheelpend.diagnosis.evidence import CandidateFit, wald_p_value
 from wheelpend.diagnosis.likelihood.judgement import (
     Judged,
     agreement,
@@ -14,8 +14,11 @@ from wheelpend.diagnosis.likelihood.judgement import (
     falls_of_force,
     most_telling_first,
     not_led,
+    wald_p_value_of_ratio,
 )
 from wheelpend.diagnosis.negligible import instead_of_chance_sentences
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.parameters import FreeParameter
 
 BEHIND_ONE_FILTER = np.zeros(0)
 CLEAR_RISE = (-0.2, -0.1, -0.15)  # of the error: in all segments
@@ -61,6 +64,18 @@ def test_an_effect_lowers_the_error_or_the_force(error_after, less_force, suppor
 def test_an_effect_whose_size_is_not_told_from_none_is_certain_by_no_likelihood():
     assert judged(90.0).is_certain and not judged(90.0, determined=False).is_certain
     assert judged(90.0, determined=False).is_followed, "its p-values are as they are"
+
+
+@pytest.mark.parametrize(("size", "correlation", "told"), [(2.0, 0.999, True), (2.0, 0.0, False), (0.02, 0.999, False)])
+def test_a_size_is_told_by_its_ratio_to_an_inertia_where_nothing_tells_their_scale(size, correlation, told):
+    sigma = np.array([4.0, 20.0])  # twice the values: neither is told from nothing alone
+    covariance = np.outer(sigma, sigma) * np.array([[1.0, correlation], [correlation, 1.0]])
+    free = (FreeParameter("force"), FreeParameter("inertia"))
+    at = Fit.at({"force": size, "inertia": 10.0})
+    fitted = replace(at, free=free, covariance=covariance, robust=covariance, blocks=20, cost=1.0)
+    deviation = np.array([size])
+    assert wald_p_value(fitted, free[:1], deviation, parts=100) > 0.5
+    assert (wald_p_value_of_ratio(fitted, free[:1], deviation, free[1], 100) < 0.01) == told
 
 
 def test_an_error_may_rise_by_less_than_the_force_falls():

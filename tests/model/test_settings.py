@@ -58,6 +58,44 @@ def test_what_is_set_is_marked_as_guessed_no_more(tmp_path, monkeypatch, setting
     assert not any(line.endswith(" ") or line.endswith("#") for line in lines)
 
 
+SENSORS_TEXT = """plant = "wheel_pendulum"
+
+[sensors]
+encoder_counts = 1000
+pitch_noise = 0.01
+
+[sensors.noise]
+dtheta_p = 0.1  # measured
+
+[sensors.step]
+theta_p = 0.002
+
+[columns]
+theta_w = { column = "enc", scale = 0.001 }
+theta_p = { column = "tilt" }
+dtheta_p = { column = "gyro" }
+"""
+
+
+def test_what_is_stated_of_a_sensor_follows_the_unit_and_the_scale_of_its_column(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    workspace.create(tmp_path, text=SENSORS_TEXT)
+    told = run("set", "columns.theta_w.scale=0.002", "columns.dtheta_p.unit=deg/s").output
+    sensors = Model.open(tmp_path).sensors
+    assert sensors.of_plant["encoder_counts"] == 500 and sensors.noise == {"dtheta_p": 0.00174533}
+    assert (sensors.step, sensors.of_plant["pitch_noise"]) == ({"theta_p": 0.002}, 0.01), "their column is as it was"
+    assert "sensors.encoder_counts" in told and "sensors.noise.dtheta_p" in told
+    assert "dtheta_p = 0.00174533  # measured" in (tmp_path / "model.toml").read_text()
+
+
+def test_what_is_stated_of_a_sensor_beside_its_columns_scale_stays_as_it_is_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    workspace.create(tmp_path, text=SENSORS_TEXT)
+    run("set", "columns.theta_p.scale=2", "sensors.step.theta_p=0.003", "sensors.pitch_noise=auto")
+    sensors = Model.open(tmp_path).sensors
+    assert (sensors.step["theta_p"], sensors.of_plant["pitch_noise"]) == (0.003, "auto")
+
+
 def test_nothing_behind_the_sign_takes_the_entry_out(here):
     run("set", "columns.theta_p.unit=")
     assert Model.open(here).columns["theta_p"].unit == ""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from wheelpend.errors import Failure, did_you_mean
-from wheelpend.logs.columns import unit_conversion
+from wheelpend.logs.columns import UNIT_CONVERSIONS, unit_conversion
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import parse_toml
 
@@ -71,7 +72,7 @@ def with_settings(model: Model, settings: Sequence[Setting]) -> Model:
     from wheelpend.model.toml_edits import with_entry, without_guess_mark  # imported late: tomlkit is slow to load
 
     text = model.text
-    for setting in _complete(model, settings):
+    for setting in [*(complete := _complete(model, settings)), *_rescaled(model, complete)]:
         if setting.value is None and _entry(parse_toml(text), setting) is None:
             raise Failure(f"An entry must be there to be taken away, but model.toml has no {setting.key}.")
         if not _holds_already(parse_toml(text), setting):
@@ -86,9 +87,9 @@ def with_settings(model: Model, settings: Sequence[Setting]) -> Model:
 
 def changes(before: Model, after: Model, settings: Sequence[Setting]) -> list[Changed]:
     """The entries that settings changed from one model to another."""
-    texts = parse_toml(before.text), parse_toml(after.text)
-    complete = (Setting(s.place, None) for s in _complete(before, settings))
-    found = (Changed(s.key, *(_entry(text, s) for text in texts)) for s in complete)
+    texts, complete = (parse_toml(before.text), parse_toml(after.text)), _complete(before, settings)
+    places = (Setting(s.place, None) for s in [*complete, *_rescaled(before, complete)])
+    found = (Changed(s.key, *(_entry(text, s) for text in texts)) for s in places)
     return [c for c in found if c.before != c.after]
 
 
@@ -136,6 +137,50 @@ def _complete(model: Model, settings: Sequence[Setting]) -> list[Setting]:
     ]
     names = [n for n in dict.fromkeys(begun) if n not in model.columns and ("columns", n, "column") not in found]
     return [*(Setting(("columns", name, "column"), name) for name in names), *found.values()]
+
+
+def _rescaled(model: Model, settings: Sequence[Setting]) -> list[Setting]:
+    """What is stated of the noise and the step of channels whose unit or scale these settings change, in the new one.
+
+    But of what they state themselves.
+    """
+    tables, given = parse_toml(model.text), {s.place for s in settings}
+    found = []
+    for name, factor in _changed_scales(model, settings).items():
+        sensor = model.table.sensors.get(name)
+        stated: list[tuple[tuple[str, ...], float]] = [(("sensors", k, name), factor) for k in ("noise", "step")]
+        stated += [(("sensors", sensor.noise_key), factor)] if sensor and sensor.noise_key else []
+        stated += [(("sensors", sensor.counts_key), 1.0 / factor)] if sensor and sensor.counts_key else []
+        for place, change in stated:
+            value = _entry(tables, Setting(place, None))
+            if place not in given and isinstance(value, int | float):
+                rescaled = float(f"{value * change:.6g}")
+                found.append(Setting(place, round(rescaled) if isinstance(value, int) else rescaled))
+    return found
+
+
+def _changed_scales(model: Model, settings: Sequence[Setting]) -> dict[str, float]:
+    """By what factor these settings change how a column of the file is read, of those that are changed."""
+    units = {s.place[1]: dict[str, Any]() for s in settings if s.place[0] == "columns" and len(s.place) == 3}
+    for setting in settings:
+        if setting.place[-1] in ("unit", "scale") and setting.place[1] in units:
+            units[setting.place[1]][setting.place[2]] = setting.value
+    found = {}
+    for name, changed in units.items():
+        before = model.columns.get(name)
+        unit, scale = changed.get("unit", before and before.unit) or "", changed.get("scale", before and before.scale)
+        if not (
+            before
+            and name in model.table.channels
+            and isinstance(scale, int | float)
+            and (not unit or unit in UNIT_CONVERSIONS)
+        ):
+            continue  # what cannot be is refused by the file's reader
+        old, new = (unit_conversion(name, u, model.table) for u in (before.unit, unit))
+        factor = abs(new[0] * scale) / abs(old[0] * before.scale) if old[1] == new[1] else 1.0
+        if factor not in (0.0, 1.0) and math.isfinite(factor):
+            found[name] = factor
+    return found
 
 
 def _entries(tables: Mapping[str, Any], setting: Setting) -> list[Setting]:

@@ -44,6 +44,7 @@ from wheelpend.diagnosis.likelihood.refits import at_sources
 from wheelpend.diagnosis.physical import is_determined
 from wheelpend.diagnosis.score_test import size_names
 from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.estimation.problem import simpler_effects
 from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
@@ -245,7 +246,8 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         held_out_gain=float(gains.sum()),
         in_sample_gain=0.5 * (base.model.point.deviance - larger.point.deviance),
         evidence=np.concatenate([worth, gains]),
-        determined=is_determined(row, own) and by_size < ONE_STANDARD_ERROR,
+        determined=is_determined(row, own)
+        and (by_size < ONE_STANDARD_ERROR or _p_value_of_ratio(larger, fitted, effect) < ONE_STANDARD_ERROR),
     )
     in_sample = base.model.deviance - larger.deviance
     forces = falls_of_force(base.model, larger)
@@ -283,10 +285,37 @@ def _p_value_of_size(larger: FilteredModel, fitted: Fit, effect: str) -> float:
     With errors from the scatter of blocks: the likelihood of data whose noise is not quite what the model says may rise
     by much for an effect that each part of the log wants otherwise, or not at all.
     """
+    sizes, deviation = _deviation(larger, fitted, effect)
+    return wald_p_value(fitted, sizes, deviation, parts=larger.estimator.problem.count)
+
+
+def _p_value_of_ratio(larger: FilteredModel, fitted: Fit, effect: str) -> float:
+    """P-value, not corrected, of an effect's sizes as shares of the parameter of the plant that they vary with most.
+
+    Where nothing tells the scale of all inertias and forces, no size is told from none, but its ratio to one of them
+    may be. To first order, so that a size that is no scale's, but none, is told by no ratio either.
+    """
+    sizes, deviation = _deviation(larger, fitted, effect)
+    module = larger.problem.module
+    own = set(module.PARAMETERS[: module.OWN_PARAMETERS])
+    shared = [p for p in fitted.free if p.log is None and p.name in own and fitted.values[p.name] != 0.0]
+    parts = larger.estimator.problem.count
+    return min((wald_p_value_of_ratio(fitted, sizes, deviation, p, parts) for p in shared), default=1.0)
+
+
+def wald_p_value_of_ratio(
+    fitted: Fit, sizes: Sequence[FreeParameter], deviation: np.ndarray, to: FreeParameter, parts: int
+) -> float:
+    """P-value of the ratios of sizes, that deviate (sizes,) from absence, to another parameter that was fitted."""
+    gradient = np.c_[np.eye(len(sizes)), -deviation / fitted.values[to.name]]  # of the ratios, times that parameter
+    return wald_p_value(fitted, [*sizes, to], np.r_[deviation, 0.0], gradient, parts=parts)
+
+
+def _deviation(larger: FilteredModel, fitted: Fit, effect: str) -> tuple[list[FreeParameter], np.ndarray]:
+    """An effect's sizes, as they were fitted, and by how much they deviate from doing nothing."""
     row = larger.problem.effect(effect)
     sizes = [p for p in fitted.free if p.name in size_names(row)]
-    deviation = deviation_from_absence(fitted, sizes, null_values(larger.problem, row))
-    return wald_p_value(fitted, sizes, deviation, parts=larger.estimator.problem.count)
+    return sizes, deviation_from_absence(fitted, sizes, null_values(larger.problem, row))
 
 
 def _discovery(
