@@ -48,10 +48,10 @@ def test_a_force_of_which_nothing_is_known_to_repeat_is_not_said_to():
     assert not has_repeating(left(0.8))
 
 
-def undetermined(table, told=()):
+def undetermined(table, told=(), remainder=None):
     model = Model.default()
     module = free_force_module(model.plant, model.assumptions, ("coulomb_drive", "slope"))
-    return undetermined_warnings(module, model.plant_signature, table, told)
+    return undetermined_warnings(module, model.plant_signature, table, told, remainder)
 
 
 def test_a_positive_parameter_that_is_smaller_than_two_standard_errors_is_not_determined():
@@ -60,10 +60,18 @@ def test_a_positive_parameter_that_is_smaller_than_two_standard_errors_is_not_de
     assert undetermined(table) == (
         "X1 = 0.1 ± 0.06 V s²/rad: these logs do not determine it. "
         "`wheelpend design` writes the command for a log that does.",
-        "coulomb_drive.torque = 0.2 ± 0.2 V: these logs do not tell it from zero, and the model may do without "
-        "coulomb_drive.",
+        "coulomb_drive.torque = 0.2 ± 0.2 V: these logs do not tell it from zero. Whether the model does without "
+        "coulomb_drive, `wheelpend remove coulomb_drive LOG` says.",
     )
     assert undetermined(table, ("X1", "coulomb_drive.torque")) == ()
+
+
+def test_what_a_random_force_stands_for_may_hide_a_parameter_and_logs_are_not_blamed_alone():
+    lost = {"X1": Estimate(0.1, 0.06, "V s²/rad")}
+    (said,) = undetermined(lost, remainder=left(0.44))
+    assert "judge no model" not in said and "`wheelpend diagnose LOG` says" in said
+    assert "a random force of 44 % of the drive" in said and "`wheelpend design`" in said
+    assert "judge no model" in undetermined(lost, remainder=left(0.01))[0]
 
 
 def test_logs_that_determine_no_parameter_of_the_plant_judge_no_model():

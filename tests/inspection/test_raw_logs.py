@@ -259,3 +259,34 @@ def test_every_command_tells_what_a_tiny_log_lacks(rows, tmp_path):
     for command in ("identify", "compare", "diagnose", "explain", "inspect"):
         result = run(command, path, "--model", tmp_path / "model.toml", code=None)
         assert result.exit_code == 0 or "Failure" in result.output, (command, result.exception)
+
+
+def test_a_motors_speed_without_a_name_is_summed(tmp_path):
+    rng, speed = np.random.default_rng(4), np.zeros(500)
+    volts = np.repeat(rng.choice([1.84, 3.08], 50), 10)
+    for k in range(499):
+        speed[k + 1] = speed[k] + 0.42 * (160.0 * volts[k] - 35.0 - speed[k])
+    speed = np.round(speed / 6.428571) * 6.428571  # deg/s, by an encoder's counts
+    rows = "\n".join(f"{0.02 * k:.2f},{u:.4f},{y:.6f}" for k, (u, y) in enumerate(zip(volts, speed, strict=True)))
+    (tmp_path / "log.csv").write_text(f"t,u,y\n{rows}\n")
+    look = first_look(tmp_path / "log.csv")
+    assert '{ column = "y", unit = "m/s"' in look.model and "y, a speed, is summed" in " ".join(look.proposal.sentences)
+
+
+def test_stamps_that_come_late_are_no_place_where_the_interval_is_said(tmp_path):
+    t = 0.001 * np.arange(400)
+    t[200:] += 0.002
+    t[39] = t[38]  # stamped late
+    way = np.cumsum(0.05 * np.sin(0.05 * np.arange(400)))
+    rows = "\n".join(f"{a:.3f} {b:.5f}" for a, b in zip(t, way, strict=True))
+    (tmp_path / "log.txt").write_text(f"{rows}\n")
+    columns = {c.name: c for c in survey_file(tmp_path / "log.txt", interval=0.001).columns}
+    assert columns["column 1"].role == "counter" and "those that are said are used" in columns["column 1"].remark
+    assert columns["column 2"].role == "position"
+
+
+def test_a_plant_whose_place_no_column_fits_keeps_the_input(tmp_path):
+    rows = "\n".join(f"{0.01 * k:.2f},{k // 50 % 2},{(-1) ** k * 7.0}" for k in range(300))
+    (tmp_path / "log.csv").write_text(f"t,u,y\n{rows}\n")
+    model = first_look(tmp_path / "log.csv", "pendulum").model
+    assert "driven = true" in model and 'v_in = { column = "u" }' in model

@@ -90,9 +90,10 @@ def test_the_step_of_an_interchanged_encoder_goes_to_the_channel_that_it_is():
     assert "theta_p" not in found.get("step", {})
 
 
-def test_a_speed_that_is_taken_for_a_place_is_told_and_no_command_is_blamed():
+@pytest.mark.parametrize("held", [100, 4])  # samples: a step, and a random sequence that a speed hardly settles in
+def test_a_speed_that_is_taken_for_a_place_is_told_and_no_command_is_blamed(held):
     t = 0.02 * np.arange(400)
-    volts = np.repeat([2.0, 6.0, 3.0, 8.0], 100)
+    volts = np.repeat(np.random.default_rng(2).uniform(1.0, 8.0, 400 // held), held)
     speed = np.zeros(400)
     for k in range(399):
         speed[k + 1] = speed[k] + 0.2 * (30.0 * volts[k] - speed[k])

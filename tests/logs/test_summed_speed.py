@@ -8,6 +8,7 @@ from wheelpend.identification.identify import identify
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.noise import sensor_noise
 from wheelpend.logs.read import load_log, signals_of_file
+from wheelpend.logs.summed_speed import counts_per_turn
 from wheelpend.model.settings import Setting, with_settings
 
 SLIDE, ROBOT = Model.parse('plant = "slide"\neffects = ["viscous_drive"]\n'), Model.default()
@@ -35,6 +36,38 @@ def test_where_no_speed_was_read_the_way_is_missing_and_goes_on_behind():
     way = read(holes).measured[:, 0]
     assert np.isnan(way[[0, 500, 501, 1999]]).all() and np.isfinite(way).sum() == len(T) - 4
     assert way[502:1999] == pytest.approx(WAY[502:1999], abs=2e-3)
+
+
+COUNTS = np.round(1024 / (2.0 * np.pi) * WAY)  # of an encoder with 1024 per turn
+COUNTED_RPM = np.diff(COUNTS, prepend=COUNTS[0]) / 1024 * 60.0 / 0.01
+
+
+@pytest.mark.parametrize("digits", [12, 3])
+def test_a_speed_of_counts_per_row_sums_to_what_the_encoder_read(digits):
+    rpm = np.round(COUNTED_RPM, digits)
+    assert counts_per_turn(rpm * np.pi / 30.0, T, np.pi / 30.0) == 1024
+    way = load_log({"t": T, "v_in": VOLTS, "n": rpm}, {"x": ColumnMap("n", "m/s", scale=np.pi / 30.0)}, SLIDE.table)
+    late = np.abs(way.measured[:, 0] - COUNTS * 2.0 * np.pi / 1024).max()
+    assert late < 0.002, "half an interval is 0.015 of the way"
+
+
+@pytest.mark.parametrize(
+    ("speed", "unit"),
+    [
+        (np.round(SPEED * 30.0 / np.pi, 1), np.pi / 30.0),  # rpm to a digit: 60000 in a turn and an interval
+        (np.round(SPEED * 180.0 / np.pi), np.pi / 180.0),
+        (np.round(SPEED / 0.0371) * 0.0371, 1.0),  # of a tachometer's converter
+        (SPEED, 1.0),
+        (np.full(len(T), np.nan), 1.0),
+    ],
+)
+def test_digits_and_other_steps_are_no_counts(speed, unit):
+    assert counts_per_turn(speed * unit, T, unit) == 0
+
+
+def test_counts_between_rows_at_uneven_times_are_no_steps_of_a_speed():
+    t = T + 0.003 * np.sin(np.arange(len(T)))
+    assert counts_per_turn(COUNTED_RPM * np.pi / 30.0, t, np.pi / 30.0) == 0
 
 
 def test_it_neither_wraps_nor_starts_again():

@@ -121,7 +121,7 @@ def _changed(
         refitted_remainder, changed, [after.of_log(k) for k in range(len(changed.logs))]
     )
     left = left and replace(left, unpredicted=unpredicted_share(problem.data.held_out, judged[-1][1]))
-    undetermined = undetermined_warnings(changed.module, changed.plant, parameter_table(changed, after))
+    undetermined = undetermined_warnings(changed.module, changed.plant, parameter_table(changed, after), left=left)
     astray = () if remove else _added_in_vain(problem, step)
     said = (*problem.warnings, *astray, *undetermined, *warnings, *remainder_warnings(left, problem.plant))
     return Change(step, fitted_model(changed, after, left), changed, before, after, left, said)

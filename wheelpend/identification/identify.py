@@ -228,7 +228,7 @@ def _identify_by_filter_error(
         *remainder_warnings(left, problem.plant),
         *bound_warnings(elements, found.point.theta, found.covariance, at_bounds),
         *given_bound_warnings(at_bounds, limits),
-        *undetermined_warnings(module, problem.plant, table, (*limits.fixed, *at_bounds)),
+        *undetermined_warnings(module, problem.plant, table, (*limits.fixed, *at_bounds), left),
         *inertia_warnings(problem, table, left),
         *_unexcited_warnings(_lost_names(table)),
         *unused,

@@ -24,8 +24,10 @@ from wheelpend.identification.remainder import Remainder
 from wheelpend.kernels.kernel_module import KernelModule
 
 LARGE_FORCE_SHARE = 0.5  # of the modelled forces on a row: from there on chance has more weight than they
+HIDING_FORCE_SHARE = 0.02  # of the same: from there on what it stands for may hide a parameter
 LARGE_ERROR_SHARE = 0.5  # of a channel's standard deviation: from there on its error is what it reads
 LARGE_UNPREDICTED_SHARE = 0.25  # of the motion's mean square over the horizon, half of its size: the model misses it
+DIAGNOSE_TEXT = "`wheelpend diagnose LOG` says."
 MAX_INERTIA_RATIO = 2.0  # of two estimates of an inertia, beyond which one of them is wrong
 MAX_KNOWN_SIGMA_SHARE = 0.5  # of its value, standard error up to which a parameter is known: 95 % end before zero
 MIN_DISAGREEMENT_SIGMAS = 2.0  # standard errors of both together, within which two estimates agree
@@ -97,11 +99,16 @@ def _bound_sentence(parameter: FreeParameter, bound: float, beyond: str) -> str:
 
 
 def undetermined_warnings(
-    module: KernelModule, plant: PlantSignature, table: Mapping[str, Estimate], told: Collection[str] = ()
+    module: KernelModule,
+    plant: PlantSignature,
+    table: Mapping[str, Estimate],
+    told: Collection[str] = (),
+    left: Remainder | None = None,
 ) -> tuple[str, ...]:
     """A warning of the positive parameters whose 95 % interval reaches to zero, but for those already told.
 
-    Where logs determine nothing of the machine they judge no model at all.
+    Where logs determine nothing of the machine they judge no model at all, unless much is ``left`` to chance: it may be
+    what is missing that hides the parameters.
     """
     found = {
         n: e
@@ -114,9 +121,16 @@ def undetermined_warnings(
     cure = "`wheelpend design` writes the command for a log that does." if plant.driven else "Record larger motion."
     judges = not determine_nothing(table, plant) or any(effect_parameter(n, plant) is None for n in told)
     nothing = "" if judges else " They judge no model: what they are said to miss, or not, means nothing."
+    share = left.share if left else 0.0
+    if share >= HIDING_FORCE_SHARE:
+        by = f"a random force of {100 * share:.2g} % of {plant.drive_words}"
+        nothing, cure = f" {cure}", f"Or what is missing hides {_them(own)}, for which {by} stands: {DIAGNOSE_TEXT}"
     said = (f"{_values_text(own, found)}: these logs do not determine {_them(own)}.{nothing} {cure}",) if own else ()
-    return said + tuple(f"{_values_text([n], found)}: these logs do not tell it from zero, and the model may do "
-                        f"without {effect_of(n)}." for n in zero)  # fmt: skip
+    return said + tuple(
+        f"{_values_text([n], found)}: these logs do not tell it from zero. Whether the model does without "
+        f"{effect_of(n)}, `wheelpend remove {effect_of(n)} LOG` says."
+        for n in zero
+    )
 
 
 def determine_nothing(table: Mapping[str, Estimate], plant: PlantSignature) -> bool:

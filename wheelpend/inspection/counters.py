@@ -25,6 +25,7 @@ MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's li
 MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates
 MIN_COMMON_SAMPLES, MIN_COMMON_SHARE = 20, 0.1  # in which both are known, and share of a log, of a copy of a channel
 MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
+MAX_LATE_STEPS = 3.0  # by which stamps that come late, or twice, are off a straight line
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
 
 
@@ -41,6 +42,19 @@ def counter_sentence(name: str, values: np.ndarray, t: np.ndarray) -> str:
     if deviation_from_line(t, values) < MAX_CLOCK_DEVIATION * usual:
         return f"{name} grows in proportion to the time: a clock, and no reading."
     return ""
+
+
+def replaced_clock(name: str, values: np.ndarray) -> dict[str, str]:
+    """A file's first column (N,), with a sentence, where it is a clock of no use: stamped late, some times twice.
+
+    Asked where the interval is said. Nothing of any other column.
+    """
+    steps = np.diff(values)
+    usual = float(np.median(steps)) if np.isfinite(values).all() and steps.size else 0.0
+    even = usual > 0.0 and (steps >= 0).all()
+    if not even or deviation_from_line(np.arange(len(values), dtype=float), values) > MAX_LATE_STEPS * usual:
+        return {}
+    return {name: f"{name} grows with the rows, and seems to be their times; those that are said are used."}
 
 
 def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:

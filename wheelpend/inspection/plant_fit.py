@@ -137,11 +137,13 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
 
 
 def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
-    """A plant under its defaults with those of the file's columns that fit its places.
+    """A plant with those of the file's columns that fit its places: under its defaults, or the first choice of its
+    assumptions that has as many inputs and no more places.
 
     None where no position does, nor may be one among what was not recognised.
     """
-    table = ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, {})))
+    chosen = _with_inputs_of(survey, plant)
+    table = ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, chosen)))
     own, places = table.places, survey.of_role("position")
     rates = {survey.column(r).of: r for r in survey.of_role("rate")}
     named = {n: c for n, c in guess_columns(places, own, table).items() if c}
@@ -154,7 +156,19 @@ def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
         return None
     columns = dict(zip(table.inputs, survey.of_role("input"), strict=False)) | {n: found[n] for n in own if n in found}
     columns |= {r: rates[columns[a]] for r, a in table.rates.items() if columns.get(a) in rates and r in table.channels}
-    return Candidate(plant, {}, table, columns, 0, 0)
+    return Candidate(plant, chosen, table, columns, 0, 0)
+
+
+def _with_inputs_of(survey: Survey, plant: str) -> dict[str, Any]:
+    """Choices under which a plant has as many inputs as a file; the defaults where none has, or none without a place
+    more.
+    """
+    default = plant_signature(plant, plants.complete_assumptions(plant, {}))
+    tables = {json.dumps(c): ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, c)))
+              for c in [{}, *column_choices(plant)]}  # fmt: skip
+    inputs, places = len(survey.of_role("input")), len(ColumnTable.of(default).places)
+    able = (c for c, table in tables.items() if len(table.inputs) == inputs and len(table.places) <= places)
+    return json.loads(next(able, "{}"))
 
 
 def names_rate_sensor(column: str) -> bool:

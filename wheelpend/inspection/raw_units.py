@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from wheelpend.inspection.column_names import DUTY_NAMES, stated_base
@@ -14,6 +16,8 @@ PWM_LIMITS = (100, 127, 255, 400, 500, 1000, 1023, 2047, 4095, 8191, 10000, 3276
 MIN_PWM_PEAK = 30.0  # whole numbers up to which an input may as well be volts
 ACTING_SHARE = 0.1  # of its largest value, from which on an input acts
 MIN_WAY_BACK_SHARE = 0.1  # of a place's way, against an input that acts one way only: a brake takes less
+LEVEL_LAGS = (0, 1, 2, 4, 8, 16, 32)  # samples in which a speed follows its command
+MIN_LAGS_IN_LOG = 50  # of the slowest of them
 MIN_LEVEL_SHARE = 0.8  # of a signal's variance that its level explains by the input alone, of a speed
 MIN_CLIPPED_SAMPLES = 3  # readings at just 1 or 100, from which on that is a limit
 MIN_COUNTS_NAMED = 20.0  # range of an encoder's readings in whole numbers, beyond which they are no rad nor m
@@ -75,7 +79,8 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
     if not min(there, back) > MIN_WAY_BACK_SHARE * (there + back):
         return []
     name, share = table.inputs[0], 100 * min(there, back) / (there + back)
-    level = share_in_common(log.voltage[known], place[known])
+    both = known & np.isfinite(log.voltage)
+    level = level_share(log.voltage[both], place[both])
     if level > MIN_LEVEL_SHARE:
         sentence = (f"{places[0]} settles at a level that {name} sets ({100 * level:.2g} % of its variance), as a "
                     "speed does and no place.")  # fmt: skip
@@ -83,8 +88,22 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
         return [Finding("speed", places[0], sentence, cure, None)]
     sentence = (f"{name} is never negative, but {places[0]} moves both ways while it acts ({share:.2g} % of the way "
                 "against the rest): the log has the command's size without its direction.")  # fmt: skip
-    cure = "Log the direction pin too, and give the command its sign by it; no motor can be found before."
+    cure = ("Log the direction pin too, and give the command its sign by it; no motor can be found before. What pushes "
+            "one way only, against a weight or a spring, has none.")  # fmt: skip
     return [Finding("rectified", name, sentence, cure, None)]
+
+
+def level_share(command: np.ndarray, values: np.ndarray) -> float:
+    """Share of a signal's variance (N,) that a level explains which a command (N,) sets, followed at some lag.
+
+    A motor's speed follows its voltage so, and a place does not.
+    """
+    from scipy.signal import lfilter  # imported late: scipy.signal takes longer to load than most commands
+
+    lags = [lag for lag in LEVEL_LAGS if lag * MIN_LAGS_IN_LOG <= len(command)]
+    decays = [math.exp(-1.0 / lag) if lag else 0.0 for lag in lags]
+    levels = (lfilter([1.0 - a], [1.0, -a], command, zi=[a * command[0]])[0] for a in decays)
+    return max(share_in_common(level, values) for level in levels)
 
 
 def states_volts(column: str) -> bool:

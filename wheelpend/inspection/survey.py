@@ -31,9 +31,10 @@ from wheelpend.inspection.column_names import (
     may_be_sensor,
     stated_base,
     stated_factor,
+    stated_unit,
     words_of,
 )
-from wheelpend.inspection.counters import coordinates_among, copies_among, counter_sentence
+from wheelpend.inspection.counters import coordinates_among, copies_among, counter_sentence, replaced_clock
 from wheelpend.inspection.file_values import (
     MAX_STEP_SHARE,
     analysed,
@@ -42,7 +43,7 @@ from wheelpend.inspection.file_values import (
     numeric_columns,
 )
 from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
-from wheelpend.inspection.raw_units import full_scale, states_volts
+from wheelpend.inspection.raw_units import MIN_LEVEL_SHARE, full_scale, level_share, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, is_whole, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import INTERVAL_CURE, check_time, repeated_cure, starts_at_rest
@@ -51,7 +52,8 @@ from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.log import gapless_ranges
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
-from wheelpend.logs.read import clock_rank, find_time_column, open_file, summed_over_time
+from wheelpend.logs.read import clock_rank, find_time_column, open_file
+from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import Table, check_length, scalars_of
 from wheelpend.logs.unwrap import whole_turn
 from wheelpend.logs.white_noise import difference_noise
@@ -182,8 +184,12 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
 
 
 def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict[str, np.ndarray]) -> Survey:
-    """A survey of a file without a place, with one that a speed comes to, of two wheels the left; others as read."""
+    """A survey of a file without a place, with one that a speed comes to, of two wheels the left; others as read.
+
+    A speed is called so, or is the one column that follows a command's level, as a motor's speed does.
+    """
     speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
+    speed = speed or following_speed(as_read, values)
     if as_read.of_role("position") or not speed or SUMMED_PLACE in values:
         return as_read
     named = {words for n in values if (words := tuple(words_of(n)))}
@@ -191,6 +197,19 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
     way = summed_over_time(values[speed], clock_seconds(raw, as_read.clock)) * stated_factor(speed)
     summed = surveyed(path, as_read.clock, raw, {**others, SUMMED_PLACE: way}, as_read.times)
     return summed._replace(speed=speed) if summed.of_role("position") == [SUMMED_PLACE] else as_read
+
+
+def following_speed(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
+    """The one column without a unit that settles at levels which a command sets; nothing where none or several do."""
+    commands = as_read.of_role("input")
+    if len(commands) != 1:
+        return ""
+    free = [
+        c.name for c in as_read.columns if c.role == "further" and may_be_sensor(c.name) and not stated_unit(c.name)
+    ]
+    known = {n: np.isfinite(values[n]) & np.isfinite(values[commands[0]]) for n in free}
+    found = [n for n in free if level_share(values[commands[0]][known[n]], values[n][known[n]]) > MIN_LEVEL_SHARE]
+    return found[0] if len(found) == 1 else ""
 
 
 def may_be_summed(name: str) -> bool:
@@ -208,6 +227,8 @@ def surveyed(path: Path, clock: ColumnMap, raw: np.ndarray, values: dict[str, np
     """What each of a file's columns (N,) is beside its clock ``raw`` (N,)."""
     t = clock_seconds(raw, clock)
     counters = {n: text for n, v in values.items() if (text := beside_clock(n, v, t))}
+    if times == "said" and (first := next(iter(values))) not in counters and first.startswith(NAMELESS_PREFIX):
+        counters |= replaced_clock(first, values[first])
     rest = {n: v for n, v in values.items() if n not in counters}
     copies = copies_among(rest) | coordinates_among(rest)
     no_reading = counters | copies

@@ -27,6 +27,7 @@ MIN_LIMIT_SHARE = 0.5  # of such a full scale, that a command reaches
 MIN_COMMAND_ROUGHNESS = 0.5  # counts of white scatter, which an encoder's rounding (0.29) does not make
 MIN_ROUGH_SHARE = 0.02  # of its range, that a command scatters from sample to sample
 MIN_PREDICTION_GAIN = 0.1  # of what a sensor's past leaves of its next step, that a command explains
+CHANCE_OF_TRIALS = 21.0  # χ² of three coefficients that the best of a hundred columns and strides passes in 1 %
 MIN_GAIN_ROWS = 60  # steps of a sensor from which that is judged
 STEP_STRIDES = (1, 3, 10)  # samples in such a step
 MIN_BATTERY_V, MAX_BATTERY_V = 3.0, 60.0
@@ -76,7 +77,7 @@ def gain_in_steps(command: np.ndarray, sensor: np.ndarray, stride: int) -> float
     told = np.column_stack((past, command[begins[3:]], before[2:-1], before[1:-2]))
     target = steps[3:]
     rest, less = (float(np.sum((target - m @ np.linalg.lstsq(m, target, rcond=None)[0]) ** 2)) for m in (past, told))
-    return 1.0 - less / rest - 3.0 / count if rest > 0.0 else 0.0
+    return 1.0 - less / rest - CHANCE_OF_TRIALS / count if rest > 0.0 else 0.0
 
 
 def is_battery(name: str, values: np.ndarray) -> bool:

@@ -18,6 +18,11 @@ COMMENT_PREFIXES = ("#", "%", "//")
 WHITESPACE = " "  # any number of spaces and tabs between two cells
 SEPARATORS = (";", "\t", ",", WHITESPACE)  # the first of those that fit equally well
 DECIMAL_COMMA_PATTERN = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+LABELLED_NAMES = re.compile(  # "Columns: t x y", in the languages of most logs
+    r"[^:]{0,20}\b(column|columna|coluna|colonne|spalte|field|channel|header|format|variable|signal)e?[sn]?\b"
+    r"[^:]{0,20}:\s*(?P<names>.+)",
+    re.IGNORECASE,
+)
 BRACKETED_PATTERN = re.compile(r"\[.*\]|\(.*\)")
 UNIT_SPELLINGS = {"°": "deg", "°/s": "deg/s", "dps": "deg/s", "Nm": "N m", "N·m": "N m", "µs": "us", "µm": "um"}
 WRITTEN_OUT = {  # words of a unit, in plural too
@@ -197,15 +202,27 @@ def is_row(line: Line) -> bool:
 
 
 def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator: str) -> list[str]:
-    """Names in the last comment above the first row, as numpy.savetxt writes them; none where they do not fit it."""
+    """Names in a comment above the first row: in the last, as numpy.savetxt writes them, or in one "Columns: t x y".
+
+    None where they do not fit the row.
+    """
     above = [line.strip() for line in lines[: first_row[0].number] if is_comment(line)] if first_row else []
     if not above:
         return []
-    prefix = next(p for p in COMMENT_PREFIXES if above[-1].startswith(p))
-    text = above[-1].lstrip(prefix).strip()
-    first_name = prefix if separator != WHITESPACE and text.startswith(separator) else ""  # "#,t,x": a name of its own
-    found = Line(0, split_cells(first_name + text, separator))
-    return found.cells if len(found.cells) == len(first_row[0].cells) and is_title(found, 1) else []
+    width = len(first_row[0].cells)
+    found = Line(0, split_cells(comment_text(above[-1], separator), separator))
+    if len(found.cells) == width and is_title(found, 1):
+        return found.cells
+    labelled = (m["names"] for line in reversed(above) if (m := LABELLED_NAMES.fullmatch(comment_text(line, ""))))
+    written = (Line(0, split_cells(names, s)) for names in labelled for s in SEPARATORS)
+    return next((line.cells for line in written if len(line.cells) == width and is_title(line, 2)), [])
+
+
+def comment_text(line: str, separator: str) -> str:
+    """What a comment says; of "#,t,x" the mark is a name of its own."""
+    prefix = next(p for p in COMMENT_PREFIXES if line.startswith(p))
+    text = line.lstrip(prefix).strip()
+    return prefix + text if separator not in ("", WHITESPACE) and text.startswith(separator) else text
 
 
 def otherwise_separated(above: Sequence[tuple[int, str]], first_row: Sequence[Line]) -> list[Line]:

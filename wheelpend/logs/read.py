@@ -39,9 +39,9 @@ from wheelpend.logs.columns import (
 from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.noise import noise_of_values
-from wheelpend.logs.outliers import without_spikes
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
+from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
 from wheelpend.logs.unwrap import make_continuous
 from wheelpend.numerics import last_true
@@ -168,18 +168,7 @@ def sum_speeds(columns_by_name: dict[str, np.ndarray], t: np.ndarray, sources: M
     """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as."""
     for name, source in sources.items():
         if source.is_speed:
-            columns_by_name[name] = summed_over_time(columns_by_name[name], t)
-
-
-def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """The way (N,) since the first time (N,) [s] by a speed (N,), even from one known value to the next; no spikes."""
-    speed = without_spikes(speed)
-    known = np.isfinite(speed)
-    if not known.any():
-        return speed
-    whole = np.interp(t, t[known], speed[known])
-    way = np.concatenate([np.zeros(1), np.cumsum(0.5 * (whole[1:] + whole[:-1]) * np.diff(t))])
-    return np.where(known, way, np.nan)
+            columns_by_name[name] = summed_over_time(columns_by_name[name], t, source.factor)
 
 
 def unwrap_positions(

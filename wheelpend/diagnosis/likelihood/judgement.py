@@ -66,6 +66,7 @@ class Judged(NamedTuple):
     in_sample: float  # fall of −2 log-likelihood of the estimation logs, less what the freedom is worth by chance
     less_force: float  # relative fall of the random force's rms, of all rows together
     less_on_row: float  # the largest on a row: the force of another row may hide how much that is
+    taken_share: float  # rms of what it takes from the random force, the largest share of the drive on a row
     rises: np.ndarray  # (blocks,) of log-likelihood of the estimation data, over the model without it [nats]
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
     relative_falls: np.ndarray  # (blocks,) over the sum of both, between -1 and 1
@@ -115,6 +116,15 @@ class Judged(NamedTuple):
     def is_negligible(self, error_before: float) -> bool:
         """Certain, and lowering neither the error nor the force by what makes a step, nor clearly raising the error."""
         return self.is_certain and not self.lowers(error_before) and not self.raises_error(error_before)
+
+    @property
+    def has_weight(self) -> bool:
+        """True where it takes from the random force a thousandth of the drive, or held-out data are clearly likelier.
+
+        Beside a random force an effect may lower neither that nor the error by what makes a step, and yet be one that a
+        model of this machine lacks.
+        """
+        return self.taken_share > MIN_FORCE_SHARE or gain_statistic(self.gains) >= MIN_CLEAR_STATISTIC
 
     def improves(self, error_before: float) -> bool:
         """Lowering the error, or the force without raising the error."""
@@ -263,8 +273,9 @@ def agreement(*kinds: np.ndarray) -> str:
     return f"{better}/{count}"
 
 
-def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float, float]:
-    """Relative fall of the random force's rms from one model to another: of all rows, and the largest on a row.
+def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float, float, float]:
+    """Relative fall of the random force's rms from one model to another, of all rows and the largest on a row; and the
+    largest rms on a row, as a share of the drive there, of what has gone from it.
 
     Each row's force is measured by the drive on that row, as rows may have different units. A row whose force is
     negligible against its drive, or far larger, tells nothing.
@@ -272,11 +283,12 @@ def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float
     drives = smaller.row_drives
     before, after = (np.minimum(np.sqrt(m.row_forces_squared) / drives, MAX_SHARE) for m in (smaller, larger))
     if not before.any():
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     total = 1.0 - np.linalg.norm(after) / np.linalg.norm(before)
     acting = before > MIN_FORCE_SHARE
     on_rows = 1.0 - after[acting] / before[acting]
-    return float(total), float(max([total, *on_rows]))
+    taken = np.sqrt(np.maximum(before**2 - after**2, 0.0))[acting]
+    return float(total), float(max([total, *on_rows])), float(max(taken, default=0.0))
 
 
 def _p_value_of_size(larger: FilteredModel, fitted: Fit, effect: str) -> float:

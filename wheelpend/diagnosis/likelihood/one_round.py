@@ -84,7 +84,7 @@ def one_round(
     both = pair and _round_of_pair(pair, _with_evidence_of(worth, judged), added, progress)
     if both and both.larger is not None and goes_on(both.found):
         return both
-    last = _last_round(base, judged, worth, progress)
+    last = _last_round(base, judged, worth, added, progress)
     return last if last.larger else last._replace(displaced=_displaced(base.model, judged, added, progress))
 
 
@@ -151,13 +151,19 @@ def _as_settled(base: JudgedModel, one: Judged, ended: Judged) -> Judged:
     return ended._replace(candidate=replace(ended.candidate, equivalent_to=one.candidate.equivalent_to))
 
 
-def _last_round(base: JudgedModel, judged: Sequence[Judged], worth: set[str], progress: Progress) -> Round:
-    """A round in which no effect lowers the error or the force: it adds none, or one without which something repeats.
+def _last_round(
+    base: JudgedModel, judged: Sequence[Judged], worth: set[str], added: Collection[str], progress: Progress
+) -> Round:
+    """A round in which no effect lowers the error or the force: it adds none, or one that is certain nevertheless.
 
-    ``worth`` are effects whose evidence counts in what may be missing.
+    That is one with weight, or one without which something repeats. ``worth`` are effects whose evidence counts in what
+    may be missing.
     """
-    progress("fitting all samples")
     small = [j for j in judged if j.is_negligible(base.validated.error)]
+    weighty = most_telling_first(not_led([j for j in small if j.has_weight], judged))
+    if one := _round_of_supported(base, weighty, (), judged, {*worth, *_effects_of(weighty)}, added, progress):
+        return one
+    progress("fitting all samples")
     last = fitted_to_all(base.model)
     ended = base if last is base.model else JudgedModel.of(last)
     found = _diagnosis(ended, (), _with_evidence_of(worth, judged), progress)
