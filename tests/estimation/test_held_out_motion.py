@@ -13,6 +13,7 @@ from wheelpend.model.record import Model
 SLIDE = Model.parse('plant = "slide"\neffects = []\n')
 T = np.arange(0.0, 6.0, 0.01)
 OTHER_WAY, ONE_SPEED = "runs one way, and most of what is held out the other", "runs at one speed"
+HARDER = "is driven harder than all that is fitted"
 
 
 def slide_log(speed: np.ndarray) -> Log:
@@ -21,7 +22,9 @@ def slide_log(speed: np.ndarray) -> Log:
 
 
 def said_of(log: Log, holdout=()) -> list[str]:
-    return [w for w in prepare(SLIDE, [log], holdout, lean=True).warnings if OTHER_WAY in w or ONE_SPEED in w]
+    return [
+        w for w in prepare(SLIDE, [log], holdout, lean=True).warnings if OTHER_WAY in w or ONE_SPEED in w or HARDER in w
+    ]
 
 
 SWINGS = np.sin(3.0 * T)
@@ -39,6 +42,15 @@ def test_a_way_back_that_only_the_held_out_third_has_is_told():
 def test_a_third_at_one_speed_is_told():
     (said,) = said_of(slide_log(STEP))
     assert ONE_SPEED in said and "run.csv" in said
+
+
+def test_a_third_that_is_driven_harder_than_all_before_is_told():
+    log = slide_log(SWINGS)
+    ramp = replace(log, voltage=100.0 * T * np.sign(SWINGS))
+    (said,) = said_of(ramp)
+    assert HARDER in said and "by v_in of 595 V against 391 V" in said
+    spiked = np.where(T == T[50], 500.0, log.voltage)
+    assert said_of(replace(log, voltage=spiked)) == [] and said_of(replace(log, voltage=spiked[::-1])) == []
 
 
 @pytest.mark.parametrize("speed", [SWINGS, 1.2 + SWINGS, SWINGS * np.exp(-T)])

@@ -1,4 +1,4 @@
-"""Held-out motion by which what was fitted can hardly be judged: in another direction, or at one speed alone."""
+"""Held-out motion by which what was fitted can hardly be judged: in another direction, at one speed, driven harder."""
 
 from __future__ import annotations
 
@@ -9,13 +9,17 @@ from wheelpend.logs.columns import ColumnTable
 
 SPEED_TIME_S = 0.1  # over which a speed is a mean: a ringing is no direction
 MOVING_SHARE = 0.1  # of the largest speed: below it a machine hardly moves, or moves alike
-LARGEST_QUANTILE = 0.98  # of the speeds, taken for the largest
+LARGEST_QUANTILE = 0.98  # of speeds and inputs, taken for the largest
+MIN_HARDER = 1.2  # times the largest fitted input, beyond which another drives harder
 UNSEEN_SHARE = 0.01  # of the fitted motion, up to which a direction is not in it
 HOLDOUT_ADVICE = "Hold out another log (--holdout), or a stretch in which the machine does more (wheelpend split)."
 
 
 def held_out_motion_warnings(fitted: Segments, held_out: Segments, table: ColumnTable) -> list[str]:
-    """Warnings on the places of a log that the held-out motion runs otherwise than the fitted one, or at one speed."""
+    """Warnings on the places of a log that the held-out motion runs otherwise than the fitted one, or at one speed.
+
+    And on inputs that drive it harder.
+    """
     said = []
     for place in table.places:
         before, after = (mean_speeds(part, place) for part in (fitted, held_out))
@@ -29,12 +33,34 @@ def held_out_motion_warnings(fitted: Segments, held_out: Segments, table: Column
                 f"{held_out.log.name}: what is held out of {place} runs at one speed, where friction, back-EMF and a "
                 f"constant are alike and inertia does not show. {HOLDOUT_ADVICE}"
             )
+    for k, name in enumerate(table.inputs):
+        before, after = (inputs_of(part, k) for part in (fitted, held_out))
+        if is_driven_harder(before, after):
+            unit = table.units[name]
+            said.append(
+                f"{held_out.log.name}: most of what is held out is driven harder than all that is fitted, by {name} of "
+                f"{largest_value(after):.3g} {unit} against {largest_value(before):.3g} {unit}. A limit of the supply "
+                f"or the driver shows only there. {HOLDOUT_ADVICE}"
+            )
     return said
+
+
+def is_driven_harder(before: np.ndarray, after: np.ndarray) -> bool:
+    """True of an input (n,) and (m,) of which most after is larger than all before, spikes aside, and by much."""
+    least = MIN_HARDER * largest_value(before)
+    return bool(0.0 < least < largest_value(after) and 2 * np.count_nonzero(np.abs(after) > least) > len(after))
+
+
+def inputs_of(segments: Segments, place: int) -> np.ndarray:
+    """The known values (n,) of an input in the samples of the segments."""
+    values = [segments.log.inputs[place][a:b] for a, b in segments.bounds]
+    found = np.concatenate([np.zeros(0), *values])
+    return found[np.isfinite(found)]
 
 
 def runs_the_other_way(before: np.ndarray, after: np.ndarray) -> bool:
     """True of speeds (n,) and (m,) of which those after have mostly a direction that hardly any before have."""
-    least = MOVING_SHARE * max(largest_speed(before), largest_speed(after))
+    least = MOVING_SHARE * max(largest_value(before), largest_value(after))
     fitted, held_out = ([np.count_nonzero(sign * v > least) for sign in (1.0, -1.0)] for v in (before, after))
     new = int(np.argmax(held_out))
     return bool(0 < sum(fitted) * UNSEEN_SHARE >= fitted[new] and 2 * held_out[new] > len(after))
@@ -42,13 +68,13 @@ def runs_the_other_way(before: np.ndarray, after: np.ndarray) -> bool:
 
 def runs_at_one_speed(before: np.ndarray, after: np.ndarray) -> bool:
     """True of speeds (n,) and (m,) of which those after are no rest and differ by little, as against those before."""
-    least = MOVING_SHARE * largest_speed(before)
+    least = MOVING_SHARE * largest_value(before)
     return bool(len(after)) and abs(float(np.mean(after))) > least > float(np.ptp(after))
 
 
-def largest_speed(speeds: np.ndarray) -> float:
-    """The largest of speeds (n,), but for the few that spikes make; 0 without any."""
-    return float(np.quantile(np.abs(speeds), LARGEST_QUANTILE)) if speeds.size else 0.0
+def largest_value(values: np.ndarray) -> float:
+    """The largest size of values (n,), but for the few that spikes make; 0 without any."""
+    return float(np.quantile(np.abs(values), LARGEST_QUANTILE)) if values.size else 0.0
 
 
 def mean_speeds(segments: Segments, place: str) -> np.ndarray:
