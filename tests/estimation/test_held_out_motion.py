@@ -49,7 +49,7 @@ def test_a_third_that_is_driven_harder_than_all_before_is_told():
     ramp = replace(log, voltage=100.0 * T * np.sign(SWINGS))
     (said,) = said_of(ramp)
     assert HARDER in said and "by v_in of 595 V against 391 V" in said
-    spiked = np.where(T == T[50], 500.0, log.voltage)
+    spiked = np.where(T[50] == T, 500.0, log.voltage)
     assert said_of(replace(log, voltage=spiked)) == [] and said_of(replace(log, voltage=spiked[::-1])) == []
 
 

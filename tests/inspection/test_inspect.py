@@ -170,6 +170,16 @@ def test_gaps_and_a_wheel_that_stands_still_are_reported():
     assert found["stand_still"] == pytest.approx(2.0, abs=0.5)
 
 
+@pytest.mark.parametrize(
+    ("rows", "said"), [(2000, "Nothing to do"), (80, "No stretch without a gap has the 100 samples")]
+)
+def test_gaps_that_leave_no_stretch_to_fit_are_told(rows, said):
+    log = robot()[0]
+    bursts = replace(log, t=log.t + 0.5 * (np.arange(len(log.t)) // rows))
+    (cure,) = (f.cure for f in inspect_log(bursts).findings if f.kind == "gap")
+    assert cure.startswith(said)
+
+
 def test_a_dead_gyro_is_reported_and_nothing_is_concluded_from_it():
     assert kinds(scaled(robot()[0], dtheta_p=0.0)) == [("stand_still", "dtheta_p")]
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.inspection.findings import Finding
-from wheelpend.logs.checks import MOVE_CURE, stillness
+from wheelpend.logs.checks import INTERVAL_CURE, MOVE_CURE, stillness
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.logs.log import Log
+from wheelpend.logs.log import Log, gapless_ranges, shortest_segment
 from wheelpend.logs.noise import Noise
 from wheelpend.logs.runs import runs_of
 
@@ -27,7 +28,15 @@ def find_gaps(log: Log) -> list[Finding]:
     k = int(gaps[np.argmax(interval[gaps])])
     count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
     sentence = f"{count} in the sampling, the longest {interval[k]:.3g} s after t = {log.t[k]:.6g} s."
-    return [Finding("gap", "t", sentence, "Nothing to do: no segment spans a gap.", float(interval[k]))]
+    longest = max(b - a for a, b in gapless_ranges(log, 0, len(log.t)))
+    needed = shortest_segment(log, DEFAULT_HORIZON_S)
+    cure = (
+        "Nothing to do: no segment spans a gap."
+        if longest >= needed
+        else f"No stretch without a gap has the {needed} samples that a fit needs: log every row. If rows were sampled "
+        f"evenly, and only arrived together, {INTERVAL_CURE}."
+    )
+    return [Finding("gap", "t", sentence, cure, float(interval[k]))]
 
 
 def find_no_excitation(log: Log, table: ColumnTable) -> list[Finding]:
