@@ -7,7 +7,7 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - split: a stretch of a log held out, as files of their own
 - first_look: a log where there is no model: `survey` says what its columns are, `plant_fit` which plants have them,
   `gravity` where an angle hangs, `angle_unit` whether it is in degrees, `guesses` of units that no name states,
-  `proposal` writes the model.toml
+  `camera_path` two that are one angle, `proposal` writes the model.toml
 - file_values: the numbers of a file's columns without a model; column_names: what their names state;
   unnamed_columns: commands and batteries whose names say nothing; counters: those that only count rows, tell the time
   once more, or are another one times a factor

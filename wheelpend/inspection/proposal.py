@@ -13,6 +13,7 @@ import numpy as np
 from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.angle_unit import is_in_degrees, is_small_swing
+from wheelpend.inspection.camera_path import arc_sentence
 from wheelpend.inspection.column_names import (
     REFERENCE_NAMES,
     contains,
@@ -54,6 +55,8 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
 
     ``untold`` are channels in counts whose unit the equations of motion did not tell.
     """
+    if said := arc_sentence(survey):
+        raise Failure(f"{survey.file}: {said}")
     inputs, places = survey.of_role("input"), survey.of_role("position")
     gravity = hanging_at(survey, places[0], inputs) if len(places) == 1 else None
     found = sorted(
