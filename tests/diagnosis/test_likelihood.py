@@ -278,9 +278,10 @@ def test_where_no_rival_can_stay_the_search_is_what_it_was(monkeypatch):
     assert (effects, verdict) == (["coulomb_drive"], "unexplained")
 
 
-def searched_where_nothing_lowers(monkeypatch, without=OTHERS):
-    """Diagnoses of a log with dry friction, of which no effect is let lower the error or the force."""
+def searched_where_nothing_lowers(monkeypatch, without=OTHERS, *, has_weight=False):
+    """Diagnoses of a log with dry friction, of which no effect is let lower the error or the force, or have weight."""
     monkeypatch.setattr(Judged, "lowers", lambda self, error: False)
+    monkeypatch.setattr(Judged, "has_weight", has_weight)
     monkeypatch.setattr(one_round, "leading_pairs", lambda model: [])
     problem, start = begun(DRY, 1, without)
     return rounds_by_likelihood(problem, start, lambda rounds: len(rounds) > 2, lambda text: None)
@@ -293,6 +294,13 @@ def test_an_effect_without_which_something_repeats_is_named_though_it_lowers_not
     assert last.verdict == "nothing_missing" and last.problem.model.effects == ("viscous_drive", "coulomb_drive")
     told = {c.effect: c.evidence is not None for c in named.refitted}
     assert told["coulomb_drive"] and not all(told.values())  # what else was tried is not missing
+
+
+def test_an_effect_with_weight_is_named_last_though_it_lowers_nothing(monkeypatch):
+    monkeypatch.setattr(one_round, "_without_rest", lambda one, progress: None)
+    named, last = searched_where_nothing_lowers(monkeypatch, has_weight=True)
+    assert named.named[0].effect == "coulomb_drive" and not any("too small to matter" in w for w in named.warnings)
+    assert last.problem.model.effects == ("viscous_drive", "coulomb_drive")
 
 
 def test_an_effect_that_leaves_what_repeats_and_lowers_nothing_is_only_told_of(monkeypatch):
