@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from wheelpend.diagnosis.evidence import CandidateFit, wald_p_value
+from wheelpend.diagnosis.likelihood import judgement
 from wheelpend.diagnosis.likelihood.judgement import (
     Judged,
     agreement,
@@ -17,8 +18,12 @@ from wheelpend.diagnosis.likelihood.judgement import (
     wald_p_value_of_ratio,
 )
 from wheelpend.diagnosis.negligible import instead_of_chance_sentences
+from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameters import FreeParameter
+from wheelpend.identification.remainder import modelled_forces
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
 
 BEHIND_ONE_FILTER = np.zeros(0)
 CLEAR_RISE = (-0.2, -0.1, -0.15)  # of the error: in all segments
@@ -38,7 +43,7 @@ def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0
     on_row = less_force if less_on_row is None else less_on_row
     gains, falls = np.linspace(-1.0, 3.0, 20), np.array(falls)
     relative = np.array(relative)
-    forces = (less_force, on_row, 0.0)  # nothing that was taken has weight
+    forces = (less_force, on_row)
     return Judged(
         SimpleNamespace(**told),
         None,
@@ -122,12 +127,28 @@ def test_the_force_of_one_row_counts_where_another_rows_hides_it():
     assert judged(100.1, 0.0004).is_negligible(100.0) and not judged(100.1, 0.0004, p_value=0.1).is_negligible(100.0)
 
 
-def test_what_takes_a_thousandth_of_the_drive_from_the_force_has_weight_or_what_makes_held_out_data_likelier():
-    small = judged(100.1, 0.0004)
-    wandering = small._replace(gains=np.tile([-2.0, 2.1], 10))
-    assert small.is_negligible(100.0) and small.has_weight, "of 20 blocks 15 are likelier"
-    assert not wandering.has_weight and wandering._replace(taken_share=2e-3).has_weight
-    assert not wandering._replace(taken_share=0.5e-3).has_weight
+def test_what_makes_a_thousandth_of_the_drive_or_held_out_data_likelier_has_weight(monkeypatch):
+    shares = {"small": 0.5e-3, "large": 2e-3}
+    monkeypatch.setattr(judgement, "share_of_drive", lambda model, effect: shares[effect])
+    small, large = (judged(100.1, 0.0004, effect=name) for name in shares)
+    assert small.is_weighty(100.0), "of 20 blocks 15 are likelier"
+    chance = np.tile([-2.0, 2.1], 10)
+    assert small._replace(gains=chance).is_weighty(100.0) is False
+    assert not small._replace(gains=chance).has_weight and large._replace(gains=chance).has_weight
+    assert not judged(100.1, 0.0004, effect="large", p_value=0.1).is_weighty(100.0), "it is not certain"
+
+
+@pytest.mark.parametrize(("torque", "share"), [(0.2, 0.2 / np.hypot(2.0, 0.2)), (1e-4, 0.5e-4)])
+def test_the_share_of_an_effect_is_that_of_its_force_along_the_motion(torque, share):
+    model = Model.parse('plant = "slide"\neffects = ["coulomb_drive"]\n')
+    t = 0.01 * np.arange(600)
+    volts = 2.0 * np.sign(np.sin(3.0 * t + 0.1))
+    log = Log.from_arrays(t, table=model.table, v_in=volts, x=np.sin(3.0 * t))
+    problem = prepare(model, [log])
+    acting = SimpleNamespace(problem=problem, log_values=[{"X1": 0.1, "coulomb_drive.torque": torque}])
+    drives = modelled_forces(problem.module, problem.logs, acting.log_values[0]).together
+    found = judgement.share_of_drive(SimpleNamespace(**vars(acting), row_drives=drives), "coulomb_drive")
+    assert found == pytest.approx(share, rel=0.15)
 
 
 def test_blocks_are_those_of_the_kind_that_agrees_more():
@@ -140,19 +161,18 @@ def test_the_falls_of_a_force_are_those_of_all_rows_and_of_the_best():
     def force(*squares, drives=(6.0, 6.0, 6.0)):
         return SimpleNamespace(row_forces_squared=np.array(squares), row_drives=np.array(drives[: len(squares)]))
 
-    total, on_row, taken = falls_of_force(force(0.09, 4e-4, 0.0), force(0.09, 1e-4, 0.0))
+    total, on_row = falls_of_force(force(0.09, 4e-4, 0.0), force(0.09, 1e-4, 0.0))
     assert on_row == pytest.approx(0.5) and total == pytest.approx(1.0 - np.sqrt(0.0901 / 0.0904))
-    assert taken == pytest.approx(np.sqrt(3e-4) / 6.0)
-    total, on_row, taken = falls_of_force(force(0.0625, 1e-8), force(0.0631, 4e-9))  # 0.1 mV of 6 V, which wanders
+    total, on_row = falls_of_force(force(0.0625, 1e-8), force(0.0631, 4e-9))  # 0.1 mV of 6 V, which wanders
     assert total < 0.0 and on_row == pytest.approx(total, abs=1e-3) and on_row < 0.0
-    assert falls_of_force(force(0.0, 0.0), force(0.0, 0.0)) == (0.0, 0.0, 0.0)
+    assert falls_of_force(force(0.0, 0.0), force(0.0, 0.0)) == (0.0, 0.0)
 
 
 def test_the_force_of_a_row_is_measured_by_the_drive_on_that_row_whatever_the_unit_is():
     def force(cart, pole):  # V, and V m on a pole of a tenth of a metre
         return SimpleNamespace(row_forces_squared=np.array([cart, pole]) ** 2, row_drives=np.array([0.5, 2e-3]))
 
-    total, on_row, _ = falls_of_force(force(0.063, 3.7e-4), force(0.0633, 1.6e-4))
+    total, on_row = falls_of_force(force(0.063, 3.7e-4), force(0.0633, 1.6e-4))
     assert on_row == pytest.approx(1.0 - 1.6 / 3.7) and 0.3 < total < 0.4
 
 
@@ -199,7 +219,7 @@ def rival(effect, in_sample, likelihood, falls, rises=0.0):
     falls = np.array(falls)
     gains = np.array(likelihood)
     return Judged(
-        candidate, model, prediction, gains, in_sample, 0.0, 0.0, 0.0, rises, falls, falls / 1e3, BEHIND_ONE_FILTER
+        candidate, model, prediction, gains, in_sample, 0.0, 0.0, rises, falls, falls / 1e3, BEHIND_ONE_FILTER
     )
 
 

@@ -69,7 +69,7 @@ def test_a_positive_parameter_that_is_smaller_than_two_standard_errors_is_not_de
 def test_what_a_random_force_stands_for_may_hide_a_parameter_and_logs_are_not_blamed_alone():
     lost = {"X1": Estimate(0.1, 0.06, "V s²/rad")}
     (said,) = undetermined(lost, remainder=left(0.44))
-    assert "judge no model" not in said and "`wheelpend diagnose LOG` says" in said
+    assert "judge no model" not in said and "`wheelpend diagnose LOG` looks for it" in said
     assert "a random force of 44 % of the drive" in said and "`wheelpend design`" in said
     assert "judge no model" in undetermined(lost, remainder=left(0.01))[0]
 

@@ -45,7 +45,7 @@ COUNTED_RPM = np.diff(COUNTS, prepend=COUNTS[0]) / 1024 * 60.0 / 0.01
 @pytest.mark.parametrize("digits", [12, 3])
 def test_a_speed_of_counts_per_row_sums_to_what_the_encoder_read(digits):
     rpm = np.round(COUNTED_RPM, digits)
-    assert counts_per_turn(rpm * np.pi / 30.0, T, np.pi / 30.0) == 1024
+    assert counts_per_turn(rpm * np.pi / 30.0, T) == 1024
     way = load_log({"t": T, "v_in": VOLTS, "n": rpm}, {"x": ColumnMap("n", "m/s", scale=np.pi / 30.0)}, SLIDE.table)
     late = np.abs(way.measured[:, 0] - COUNTS * 2.0 * np.pi / 1024).max()
     assert late < 0.002, "half an interval is 0.015 of the way"
@@ -62,12 +62,15 @@ def test_a_speed_of_counts_per_row_sums_to_what_the_encoder_read(digits):
     ],
 )
 def test_digits_and_other_steps_are_no_counts(speed, unit):
-    assert counts_per_turn(speed * unit, T, unit) == 0
+    assert counts_per_turn(speed * unit, T) == 0
 
 
 def test_counts_between_rows_at_uneven_times_are_no_steps_of_a_speed():
     t = T + 0.003 * np.sin(np.arange(len(T)))
-    assert counts_per_turn(COUNTED_RPM * np.pi / 30.0, t, np.pi / 30.0) == 0
+    assert counts_per_turn(COUNTED_RPM * np.pi / 30.0, t) == 0
+    gap = T + 0.3 * (T > 5.0)
+    assert counts_per_turn(COUNTED_RPM * np.pi / 30.0, gap) == 1024
+    assert counts_per_turn(COUNTED_RPM * np.pi / 30.0, np.zeros(len(T))) == 0
 
 
 def test_it_neither_wraps_nor_starts_again():

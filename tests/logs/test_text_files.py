@@ -97,7 +97,7 @@ def test_the_header_that_numpy_writes_into_a_comment_is_read(tmp_path):
     assert_same(load_log(tmp_path / "spaced.txt"))
 
 
-@pytest.mark.parametrize("label", ["Columns", "columnas (SI)", "Format", "Data fields"])
+@pytest.mark.parametrize("label", ["Columns", "columnas (SI)", "Headers", "Data fields"])
 def test_names_in_a_comment_that_says_so_are_read(tmp_path, label):
     names = f"# Rig 3: of 2025\n# {label}: {' '.join(NAMES)}\n# gain = 3, 1\n#\n"
     rows = "".join(" ".join(f"{v:.12g}" for v in row) + "\n" for row in values())
@@ -105,7 +105,18 @@ def test_names_in_a_comment_that_says_so_are_read(tmp_path, label):
     assert_same(read(tmp_path, names.replace(" ".join(NAMES), ", ".join(NAMES)) + rows))
 
 
-@pytest.mark.parametrize("comment", ["Author: A B C D E", "Columns: t v_in theta_w", "a b c d: 3 4 5 6 7"])
+@pytest.mark.parametrize(
+    "comment",
+    [
+        "Author: A B C D E",
+        "Columns: t v_in theta_w",
+        "a b c d: 3 4 5 6 7",
+        "Columns: one row per sample each",
+        "Variables: float float float float t",
+        "Channels: t [s] u [V] x",
+        "Format: t v_in theta_w theta_p dtheta_p",
+    ],
+)
 def test_other_comments_with_a_colon_are_no_header(tmp_path, comment):
     content = f"# {comment}\n#\n" + text().split("\n", 1)[1]
     log = read(tmp_path, content, {n: ColumnMap(f"column {k}") for k, n in enumerate(NAMES, 1)})

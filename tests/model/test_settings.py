@@ -61,7 +61,7 @@ def test_what_is_set_is_marked_as_guessed_no_more(tmp_path, monkeypatch, setting
 SENSORS_TEXT = """plant = "wheel_pendulum"
 
 [sensors]
-encoder_counts = 1000
+encoder_counts = 1000  # guessed: with the scale of theta_w
 pitch_noise = 0.01
 
 [sensors.noise]
@@ -94,6 +94,42 @@ def test_what_is_stated_of_a_sensor_beside_its_columns_scale_stays_as_it_is_said
     run("set", "columns.theta_p.scale=2", "sensors.step.theta_p=0.003", "sensors.pitch_noise=auto")
     sensors = Model.open(tmp_path).sensors
     assert (sensors.step["theta_p"], sensors.of_plant["pitch_noise"]) == (0.003, "auto")
+
+
+@pytest.mark.parametrize(
+    ("setting", "step"),
+    [
+        ("columns.theta_p.scale=0.5", 0.001),
+        ("columns.theta_p.scale=", 0.002),  # it had none
+        ("columns.theta_p.sign=-1", 0.002),
+        ("columns.theta_p.column=other columns.theta_p.scale=7", 0.002),  # another sensor
+    ],
+)
+def test_a_step_follows_a_scale_alone(tmp_path, monkeypatch, setting, step):
+    monkeypatch.chdir(tmp_path)
+    scale = ", scale = 1.0" if setting.endswith("scale=") else ""
+    text = SENSORS_TEXT.replace('{ column = "tilt" }', '{ column = "tilt"' + scale + " }")
+    workspace.create(tmp_path, text=text.replace("1000  # guessed: with the scale of theta_w", "1000"))
+    run("set", *setting.split(" "), "columns.theta_w.unit=deg")
+    sensors = Model.open(tmp_path).sensors
+    assert sensors.step == {"theta_p": step} and sensors.of_plant["encoder_counts"] == 1000, "as its data sheet says"
+
+
+def test_a_step_in_whole_numbers_becomes_what_it_is_and_what_is_taken_out_is_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    columns = 'x = { column = "a", scale = 0.001 }'
+    workspace.create(tmp_path, text=f'plant = "slide"\n[sensors.step]\nx = 1\n\n[columns]\n{columns}\n')
+    run("set", "columns.x.scale=0.0002")
+    assert Model.open(tmp_path).sensors.step == {"x": 0.2}
+    run("set", "columns.x.scale=")
+    assert Model.open(tmp_path).sensors.step == {"x": 1000.0}
+
+
+def test_a_unit_of_another_kind_is_corrected(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    workspace.create(tmp_path, text=TEXT.replace('unit = "deg"', 'unit = "V"'))
+    run("set", "columns.theta_p.unit=rad")
+    assert Model.open(tmp_path).columns["theta_p"].unit == "rad"
 
 
 def test_nothing_behind_the_sign_takes_the_entry_out(here):

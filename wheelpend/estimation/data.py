@@ -14,7 +14,7 @@ from derive.plant_signature import PlantWords
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.free_parameters import event_time_names, known_values
-from wheelpend.estimation.held_out_motion import held_out_motion_warnings
+from wheelpend.estimation.held_out_motion import held_out_input_warnings, held_out_motion_warnings
 from wheelpend.estimation.problem import EstimationProblem, carries_over, why_not_testable
 from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
@@ -234,7 +234,10 @@ def _motion_warnings(split: DataSplit, model: Model) -> list[str]:
         warning
         for v in split.validation
         if v.estimation_log is not None
-        for warning in held_out_motion_warnings(split.estimation[v.estimation_log], v.part, model.table)
+        for warning in (
+            *held_out_motion_warnings(split.estimation[v.estimation_log], v.part, model.table),
+            *held_out_input_warnings(split.estimation, v.part, model.table),
+        )
     ]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from wheelpend.estimation.segments import Segments
@@ -16,10 +18,7 @@ HOLDOUT_ADVICE = "Hold out another log (--holdout), or a stretch in which the ma
 
 
 def held_out_motion_warnings(fitted: Segments, held_out: Segments, table: ColumnTable) -> list[str]:
-    """Warnings on the places of a log that the held-out motion runs otherwise than the fitted one, or at one speed.
-
-    And on inputs that drive it harder.
-    """
+    """Warnings on the places of a log that the held-out motion runs otherwise than the fitted one, or at one speed."""
     said = []
     for place in table.places:
         before, after = (mean_speeds(part, place) for part in (fitted, held_out))
@@ -33,14 +32,20 @@ def held_out_motion_warnings(fitted: Segments, held_out: Segments, table: Column
                 f"{held_out.log.name}: what is held out of {place} runs at one speed, where friction, back-EMF and a "
                 f"constant are alike and inertia does not show. {HOLDOUT_ADVICE}"
             )
+    return said
+
+
+def held_out_input_warnings(fitted: Sequence[Segments], held_out: Segments, table: ColumnTable) -> list[str]:
+    """Warnings on the inputs that drive most of what is held out of a log harder than all that is fitted of any."""
+    said = []
     for k, name in enumerate(table.inputs):
-        before, after = (inputs_of(part, k) for part in (fitted, held_out))
+        before, after = np.concatenate([inputs_of(part, k) for part in fitted]), inputs_of(held_out, k)
         if is_driven_harder(before, after):
             unit = table.units[name]
             said.append(
                 f"{held_out.log.name}: most of what is held out is driven harder than all that is fitted, by {name} of "
-                f"{largest_value(after):.3g} {unit} against {largest_value(before):.3g} {unit}. A limit of the supply "
-                f"or the driver shows only there. {HOLDOUT_ADVICE}"
+                f"{largest_value(after):.3g} {unit} against {largest_value(before):.3g} {unit}. What limits the input "
+                f"shows only there. {HOLDOUT_ADVICE}"
             )
     return said
 
@@ -48,7 +53,7 @@ def held_out_motion_warnings(fitted: Segments, held_out: Segments, table: Column
 def is_driven_harder(before: np.ndarray, after: np.ndarray) -> bool:
     """True of an input (n,) and (m,) of which most after is larger than all before, spikes aside, and by much."""
     least = MIN_HARDER * largest_value(before)
-    return bool(0.0 < least < largest_value(after) and 2 * np.count_nonzero(np.abs(after) > least) > len(after))
+    return bool(least < largest_value(after) and 2 * np.count_nonzero(np.abs(after) > least) > len(after))
 
 
 def inputs_of(segments: Segments, place: int) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -223,7 +223,23 @@ def _row_force(
 
 def modelled_forces(module: KernelModule, logs: Sequence[Log], values: Mapping[str, float]) -> ActingForces:
     """What acts on each row of a model of these values, along the measured motion."""
-    squares, count = np.zeros((2, module.NQ)), 0
+    found = [np.array((driven, driven - idle)) for driven, idle in _sampled_forces(module, logs, values)]
+    return ActingForces(*np.sqrt(np.mean(np.square(found), axis=0) if found else np.zeros((2, module.NQ))))
+
+
+def difference_of_forces(
+    module: KernelModule, logs: Sequence[Log], values: Mapping[str, float], others: Mapping[str, float]
+) -> np.ndarray:
+    """Rms on each row (rows,) of the difference that other values make to what acts, along the measured motion."""
+    pairs = zip(*(_sampled_forces(module, logs, v) for v in (values, others)), strict=True)
+    found = [driven - otherwise for (driven, _), (otherwise, _) in pairs]
+    return np.sqrt(np.mean(np.square(found), axis=0)) if found else np.zeros(module.NQ)
+
+
+def _sampled_forces(
+    module: KernelModule, logs: Sequence[Log], values: Mapping[str, float]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Forces on each row (rows,) in some samples of the logs, with the input as it was and without any."""
     for log in logs:
         parameters, states = kernel_parameters(module, values, log), measured_states(module, log)
         chosen = np.unique(np.linspace(0, len(log) - 1, MAX_FORCE_SAMPLES).astype(int))
@@ -237,6 +253,4 @@ def modelled_forces(module: KernelModule, logs: Sequence[Log], values: Mapping[s
                     for on in (1.0, 0.0)
                 )
             )
-            squares += np.square([driven, driven - idle])
-            count += 1
-    return ActingForces(*np.sqrt(squares / max(count, 1)))
+            yield driven, idle

@@ -9,9 +9,12 @@ import numpy as np
 
 from wheelpend.inspection.column_names import is_called_angle, stated_base
 from wheelpend.inspection.survey import Survey
+from wheelpend.logs.outliers import without_spikes
+from wheelpend.logs.white_noise import difference_noise
 
 MAX_ARC_RAD = 1.2 * math.pi  # of a swing: two angles a quarter apart in phase go round and round
 MAX_ROUND_SHARE = 0.2  # of the distances from a straight line, that are left from the circle
+MAX_NOISE_SHARE = 0.7  # of those distances, that noise may make where it is all that is left
 MIN_READINGS = 20
 
 
@@ -30,15 +33,16 @@ def arc_sentence(survey: Survey) -> str:
     angular = any(stated_base(n) == "rad" or is_called_angle(n) for n in places)
     if len(places) != 2 or angular or survey.of_role("input"):
         return ""
-    arc = find_arc(survey.values[places[0]], survey.values[places[1]])
+    found = ((pair, find_arc(*(survey.values[n] for n in pair))) for pair in (places, places[::-1]))
+    (first, second), arc = next(((pair, arc) for pair, arc in found if arc), (places, None))
     if arc is None:
         return ""
-    first, second = places
     down = f"{second} - {arc.y:.5g}" if arc.grows_downward else f"{arc.y:.5g} - {second}"
     return (
         f"{first} and {second} go to and fro on a circle of {arc.radius:.4g} about ({arc.x:.5g}, {arc.y:.5g}): they "
         f"are the one angle of a pendulum, seen by a camera, and no two. Write it into the file as a column theta_1 = "
-        f"atan2({first} - {arc.x:.5g}, {down}) in their place; a pivot that was measured is better than this one."
+        f"atan2({first} - {arc.x:.5g}, {down}) in their place; a pivot that was measured is better than this one. "
+        "If they are two all the same, say --plant."
     )
 
 
@@ -49,6 +53,7 @@ def find_arc(x: np.ndarray, y: np.ndarray) -> Arc | None:
     """
     from scipy.optimize import least_squares  # imported late: it takes longer to load than most commands
 
+    x, y = without_spikes(x), without_spikes(y)
     known = np.isfinite(x) & np.isfinite(y)
     if np.count_nonzero(known) < MIN_READINGS:
         return None
@@ -62,7 +67,11 @@ def find_arc(x: np.ndarray, y: np.ndarray) -> Arc | None:
     pivot, radius = fitted.x[:2], abs(float(fitted.x[2]))
     angles = np.arctan2(*(centred - pivot).T)
     turned = np.angle(np.exp(1j * (angles - np.angle(np.mean(np.exp(1j * angles))))))
-    on_arc = math.sqrt(2.0 * fitted.cost) < MAX_ROUND_SHARE * straight and float(np.ptp(turned)) < MAX_ARC_RAD
-    if not (on_arc and abs(pivot[1]) > abs(pivot[0])):
+    left, noise = (
+        math.sqrt(2.0 * fitted.cost),
+        math.sqrt(len(points)) * np.hypot(difference_noise(points[:, 0]), difference_noise(points[:, 1])),
+    )
+    round_enough = left < MAX_ROUND_SHARE * straight or left < noise < MAX_NOISE_SHARE * straight
+    if not (round_enough and float(np.ptp(turned)) < MAX_ARC_RAD and abs(pivot[1]) > abs(pivot[0])):
         return None
     return Arc(float(middle[0] + pivot[0]), float(middle[1] + pivot[1]), radius, bool(pivot[1] < 0.0))

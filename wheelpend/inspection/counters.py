@@ -25,6 +25,7 @@ MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's li
 MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates
 MIN_COMMON_SAMPLES, MIN_COMMON_SHARE = 20, 0.1  # in which both are known, and share of a log, of a copy of a channel
 MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
+MIN_EVEN_SHARE = 0.8  # of the steps of such stamps, that are alike: an encoder's at a nearly even speed are not
 MAX_LATE_STEPS = 3.0  # by which stamps that come late, or twice, are off a straight line
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
 
@@ -51,7 +52,7 @@ def replaced_clock(name: str, values: np.ndarray) -> dict[str, str]:
     """
     steps = np.diff(values)
     usual = float(np.median(steps)) if np.isfinite(values).all() and steps.size else 0.0
-    even = usual > 0.0 and (steps >= 0).all()
+    even = usual > 0.0 and (steps >= 0).all() and np.mean(np.abs(steps - usual) < 1e-6 * usual) > MIN_EVEN_SHARE
     if not even or deviation_from_line(np.arange(len(values), dtype=float), values) > MAX_LATE_STEPS * usual:
         return {}
     return {name: f"{name} grows with the rows, and seems to be their times; those that are said are used."}

@@ -55,7 +55,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
 
     ``untold`` are channels in counts whose unit the equations of motion did not tell.
     """
-    if said := arc_sentence(survey):
+    if not plant and (said := arc_sentence(survey)):
         raise Failure(f"{survey.file}: {said}")
     inputs, places = survey.of_role("input"), survey.of_role("position")
     gravity = hanging_at(survey, places[0], inputs) if len(places) == 1 else None

@@ -96,10 +96,12 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
 def level_share(command: np.ndarray, values: np.ndarray) -> float:
     """Share of a signal's variance (N,) that a level explains which a command (N,) sets, followed at some lag.
 
-    A motor's speed follows its voltage so, and a place does not.
+    A motor's speed follows its voltage so, and a place does not. 0 of a signal of too few samples.
     """
     from scipy.signal import lfilter  # imported late: scipy.signal takes longer to load than most commands
 
+    if len(command) < MIN_LAGS_IN_LOG:
+        return 0.0
     lags = [lag for lag in LEVEL_LAGS if lag * MIN_LAGS_IN_LOG <= len(command)]
     decays = [math.exp(-1.0 / lag) if lag else 0.0 for lag in lags]
     levels = (lfilter([1.0 - a], [1.0, -a], command, zi=[a * command[0]])[0] for a in decays)

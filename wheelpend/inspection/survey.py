@@ -31,7 +31,6 @@ from wheelpend.inspection.column_names import (
     may_be_sensor,
     stated_base,
     stated_factor,
-    stated_unit,
     words_of,
 )
 from wheelpend.inspection.counters import coordinates_among, copies_among, counter_sentence, replaced_clock
@@ -72,6 +71,7 @@ COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' 
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 BODY_SENSORS = ("gyro", "imu")
+OUTPUT_NAMES = ("y", "yk", "y_k", "y(k)", "out", "output", "response", "measured", "measurement")
 SUMMED_PLACE = "place"  # what a speed comes to that is summed over time
 MAX_BACKWARD_SHARE = 0.05  # of the rows of a clock that now and then goes back
 MIN_PLACES = 10  # different readings of a place
@@ -186,7 +186,7 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
 def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict[str, np.ndarray]) -> Survey:
     """A survey of a file without a place, with one that a speed comes to, of two wheels the left; others as read.
 
-    A speed is called so, or is the one column that follows a command's level, as a motor's speed does.
+    A speed is called so, or is the one column called nothing that follows a command's level, as a motor's speed does.
     """
     speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
     speed = speed or following_speed(as_read, values)
@@ -194,22 +194,28 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
         return as_read
     named = {words for n in values if (words := tuple(words_of(n)))}
     others = {n: v for n, v in values.items() if n != speed and left_name(n) not in named}
-    way = summed_over_time(values[speed], clock_seconds(raw, as_read.clock)) * stated_factor(speed)
+    way = summed_over_time(values[speed] * stated_factor(speed), clock_seconds(raw, as_read.clock))
     summed = surveyed(path, as_read.clock, raw, {**others, SUMMED_PLACE: way}, as_read.times)
     return summed._replace(speed=speed) if summed.of_role("position") == [SUMMED_PLACE] else as_read
 
 
 def following_speed(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
-    """The one column without a unit that settles at levels which a command sets; nothing where none or several do."""
+    """The one column whose name says nothing that settles at levels which a command sets; or nothing.
+
+    Nothing where several do. What is called a place, a current or a temperature may follow its command as well.
+    """
     commands = as_read.of_role("input")
     if len(commands) != 1:
         return ""
-    free = [
-        c.name for c in as_read.columns if c.role == "further" and may_be_sensor(c.name) and not stated_unit(c.name)
-    ]
+    free = [c.name for c in as_read.columns if c.role == "further" and says_nothing(c.name)]
     known = {n: np.isfinite(values[n]) & np.isfinite(values[commands[0]]) for n in free}
     found = [n for n in free if level_share(values[commands[0]][known[n]], values[n][known[n]]) > MIN_LEVEL_SHARE]
     return found[0] if len(found) == 1 else ""
+
+
+def says_nothing(name: str) -> bool:
+    """True of a column without a header, or called no more than an output."""
+    return name.startswith(NAMELESS_PREFIX) or name.strip().lower() in OUTPUT_NAMES
 
 
 def may_be_summed(name: str) -> bool:

@@ -19,10 +19,11 @@ WHITESPACE = " "  # any number of spaces and tabs between two cells
 SEPARATORS = (";", "\t", ",", WHITESPACE)  # the first of those that fit equally well
 DECIMAL_COMMA_PATTERN = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 LABELLED_NAMES = re.compile(  # "Columns: t x y", in the languages of most logs
-    r"[^:]{0,20}\b(column|columna|coluna|colonne|spalte|field|channel|header|format|variable|signal)e?[sn]?\b"
+    r"(data )?(columns|columnas|colunas|colonnes|spalten|fields|headers?|variables|channels)\b"
     r"[^:]{0,20}:\s*(?P<names>.+)",
     re.IGNORECASE,
 )
+CLOCK_HEADERS = ("t", "time", "tiempo", "tempo", "temps", "zeit", "timestamp", "ms", "t_ms", "time_ms", "millis")
 BRACKETED_PATTERN = re.compile(r"\[.*\]|\(.*\)")
 UNIT_SPELLINGS = {"°": "deg", "°/s": "deg/s", "dps": "deg/s", "Nm": "N m", "N·m": "N m", "µs": "us", "µm": "um"}
 WRITTEN_OUT = {  # words of a unit, in plural too
@@ -214,8 +215,15 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
     if len(found.cells) == width and is_title(found, 1):
         return found.cells
     labelled = (m["names"] for line in reversed(above) if (m := LABELLED_NAMES.fullmatch(comment_text(line, ""))))
-    written = (Line(0, split_cells(names, s)) for names in labelled for s in SEPARATORS)
-    return next((line.cells for line in written if len(line.cells) == width and is_title(line, 2)), [])
+    written = (split_cells(names, s) for names in labelled for s in SEPARATORS)
+    return next((cells for cells in written if len(cells) == width and are_names(cells)), [])
+
+
+def are_names(cells: Sequence[str]) -> bool:
+    """True of names, each once and none a number, of which one is a clock's: no word of a sentence is."""
+    has_clock = any(re.split(r"[ (\[]", c.lower())[0] in CLOCK_HEADERS for c in cells)
+    units = [c for c in cells if BRACKETED_PATTERN.fullmatch(c)]
+    return has_clock and not units and is_title(Line(0, list(cells)), 2) and len(set(cells)) == len(cells)
 
 
 def comment_text(line: str, separator: str) -> str:

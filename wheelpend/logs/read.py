@@ -168,7 +168,7 @@ def sum_speeds(columns_by_name: dict[str, np.ndarray], t: np.ndarray, sources: M
     """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as."""
     for name, source in sources.items():
         if source.is_speed:
-            columns_by_name[name] = summed_over_time(columns_by_name[name], t, source.factor)
+            columns_by_name[name] = summed_over_time(columns_by_name[name], t)
 
 
 def unwrap_positions(

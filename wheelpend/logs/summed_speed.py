@@ -9,38 +9,40 @@ import numpy as np
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import without_spikes
 
+SPEED_UNITS = (1.0, math.radians(1.0), math.pi / 30.0, 2.0 * math.pi)  # rad/s, deg/s, rpm and rev/s, in rad/s
 MAX_INTERVAL_SCATTER = 1e-2  # of the interval: of a clock that scatters more, counts of a row tell no speed in steps
+MIN_EVEN_SHARE = 0.9  # of the intervals that scatter less, gaps aside
 COUNTS_PER_TURN = (4.0, 1e5)  # of a shaft
 WHOLE_TOLERANCE = 0.02  # by which such a number is off a whole one: one in 25 is by chance
 
 
-def summed_over_time(speed: np.ndarray, t: np.ndarray, factor: float = 1.0) -> np.ndarray:
+def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
     """The way (N,) since the first time (N,) [s] by a speed (N,), without spikes.
 
-    Even from one known value to the next; of counts per row just these counts. ``factor`` made the speed of what the
-    file has.
+    Even from one known value to the next; of counts per row just these counts.
     """
     speed = without_spikes(speed)
     known = np.isfinite(speed)
     if not known.any():
         return speed
     whole = np.interp(t, t[known], speed[known])
-    means = whole[1:] if counts_per_turn(speed, t, factor) else 0.5 * (whole[1:] + whole[:-1])
+    means = whole[1:] if counts_per_turn(speed, t) else 0.5 * (whole[1:] + whole[:-1])
     way = np.concatenate([np.zeros(1), np.cumsum(means * np.diff(t))])
     return np.where(known, way, np.nan)
 
 
-def counts_per_turn(speed: np.ndarray, t: np.ndarray, factor: float = 1.0) -> int:
+def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
     """Counts per turn of an encoder whose counts in the interval before each row a speed (N,) [rad/s] is; 0 of others.
 
     Such a speed lies on a grid whose step times the interval is a whole part of a turn. It is the mean since the row
     before: taken for the speed of that moment it would come half an interval late, which a delay would explain. A step
-    of a round number in the file, made by ``factor``, may as well be that of its digits.
+    of a round number in a usual unit may as well be that of its digits.
     """
     intervals = np.diff(t)
     interval = float(np.median(intervals)) if intervals.size else 0.0
     step = find_quantum(speed)
-    if not step or is_round(step / abs(factor)) or np.std(intervals) > MAX_INTERVAL_SCATTER * interval:
+    even = np.abs(intervals - interval) < MAX_INTERVAL_SCATTER * interval
+    if not (step and interval and np.mean(even) > MIN_EVEN_SHARE) or any(is_round(step / unit) for unit in SPEED_UNITS):
         return 0
     known = speed[np.isfinite(speed)]
     counts = np.round(known / step)

@@ -142,45 +142,64 @@ def _complete(model: Model, settings: Sequence[Setting]) -> list[Setting]:
 def _rescaled(model: Model, settings: Sequence[Setting]) -> list[Setting]:
     """What is stated of the noise and the step of channels whose unit or scale these settings change, in the new one.
 
-    But of what they state themselves.
+    But of what they state themselves, and of counts per turn, which are the encoder's: only such as were made with a
+    guessed scale follow it.
     """
     tables, given = parse_toml(model.text), {s.place for s in settings}
     found = []
     for name, factor in _changed_scales(model, settings).items():
         sensor = model.table.sensors.get(name)
-        stated: list[tuple[tuple[str, ...], float]] = [(("sensors", k, name), factor) for k in ("noise", "step")]
-        stated += [(("sensors", sensor.noise_key), factor)] if sensor and sensor.noise_key else []
-        stated += [(("sensors", sensor.counts_key), 1.0 / factor)] if sensor and sensor.counts_key else []
-        for place, change in stated:
-            value = _entry(tables, Setting(place, None))
-            if place not in given and isinstance(value, int | float):
-                rescaled = float(f"{value * change:.6g}")
-                found.append(Setting(place, round(rescaled) if isinstance(value, int) else rescaled))
+        places = [
+            ("sensors", "noise", name),
+            ("sensors", "step", name),
+            ("sensors", sensor.noise_key if sensor else ""),
+        ]
+        stated = {place: _entry(tables, Setting(place, None)) for place in places if place not in given and place[-1]}
+        found += [Setting(p, float(f"{v * factor:.6g}")) for p, v in stated.items() if isinstance(v, int | float)]
+        counts = ("sensors", sensor.counts_key if sensor else "")
+        if counts not in given and _is_guessed(model.text, counts):
+            found.append(Setting(counts, max(1, round(_entry(tables, Setting(counts, None)) / factor))))
     return found
+
+
+def _is_guessed(text: str, place: tuple[str, ...]) -> bool:
+    """True of an entry that is there with the mark of a guess."""
+    from wheelpend.model.toml_edits import has_guess_mark  # imported late: tomlkit is slow to load
+
+    return bool(place[-1]) and has_guess_mark(text, place)
 
 
 def _changed_scales(model: Model, settings: Sequence[Setting]) -> dict[str, float]:
-    """By what factor these settings change how a column of the file is read, of those that are changed."""
-    units = {s.place[1]: dict[str, Any]() for s in settings if s.place[0] == "columns" and len(s.place) == 3}
+    """By what factor these settings change how a column of the file is read, of those that are changed.
+
+    Of another column nothing is known, nor of one that was read in a unit that it cannot have.
+    """
+    changes: dict[str, dict[str, Any]] = {}
     for setting in settings:
-        if setting.place[-1] in ("unit", "scale") and setting.place[1] in units:
-            units[setting.place[1]][setting.place[2]] = setting.value
+        if setting.place[0] == "columns" and len(setting.place) == 3:
+            changes.setdefault(setting.place[1], {})[setting.place[2]] = setting.value
     found = {}
-    for name, changed in units.items():
+    for name, changed in changes.items():
         before = model.columns.get(name)
-        unit, scale = changed.get("unit", before and before.unit) or "", changed.get("scale", before and before.scale)
-        if not (
-            before
-            and name in model.table.channels
-            and isinstance(scale, int | float)
-            and (not unit or unit in UNIT_CONVERSIONS)
-        ):
-            continue  # what cannot be is refused by the file's reader
-        old, new = (unit_conversion(name, u, model.table) for u in (before.unit, unit))
-        factor = abs(new[0] * scale) / abs(old[0] * before.scale) if old[1] == new[1] else 1.0
-        if factor not in (0.0, 1.0) and math.isfinite(factor):
-            found[name] = factor
+        if before is None or name not in model.table.channels or changed.get("column", before.column) != before.column:
+            continue
+        scale = changed.get("scale", before.scale)
+        old = _factor(model, name, before.unit, before.scale)
+        new = _factor(model, name, changed.get("unit", before.unit) or "", 1.0 if scale is None else scale)
+        if old and new and old != new and old[1] == new[1]:
+            found[name] = new[0] / old[0]
     return found
+
+
+def _factor(model: Model, name: str, unit: str, scale: Any) -> tuple[float, bool] | None:
+    """Factor of a channel's column, and whether it is a speed that is summed; None where it cannot be read so."""
+    if not isinstance(scale, int | float) or not 0.0 < scale < math.inf or (unit and unit not in UNIT_CONVERSIONS):
+        return None
+    try:
+        factor, is_speed = unit_conversion(name, unit, model.table)
+    except Failure:
+        return None  # the reader of the file says so, of a unit that is set
+    return scale * factor, is_speed
 
 
 def _entries(tables: Mapping[str, Any], setting: Setting) -> list[Setting]:

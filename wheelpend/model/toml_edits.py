@@ -102,6 +102,16 @@ def without_guess_mark(text: str, place: tuple[str, ...]) -> str:
     return tomlkit.dumps(document)
 
 
+def has_guess_mark(text: str, place: tuple[str, ...]) -> bool:
+    """True of an entry at a place that is there and marked as guessed."""
+    entry: Any = parsed(text)
+    for name in place:
+        if name not in entry:
+            return False
+        entry = entry[name]
+    return isinstance(entry, tomlkit.items.Item) and entry.trivia.comment.startswith(f"# {GUESS_MARK}")
+
+
 def parsed(text: str) -> tomlkit.TOMLDocument:
     """A text as it can be edited; raises Failure where tomlkit, stricter than Python's own reader, does not take it."""
     try:

@@ -48,6 +48,7 @@ from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.estimation.problem import simpler_effects
 from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
+from wheelpend.identification.remainder import difference_of_forces
 
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either part where both say much together
 ONE_STANDARD_ERROR = 0.317  # p-value of one size that is a standard error off nothing, with many blocks
@@ -66,7 +67,6 @@ class Judged(NamedTuple):
     in_sample: float  # fall of −2 log-likelihood of the estimation logs, less what the freedom is worth by chance
     less_force: float  # relative fall of the random force's rms, of all rows together
     less_on_row: float  # the largest on a row: the force of another row may hide how much that is
-    taken_share: float  # rms of what it takes from the random force, the largest share of the drive on a row
     rises: np.ndarray  # (blocks,) of log-likelihood of the estimation data, over the model without it [nats]
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
     relative_falls: np.ndarray  # (blocks,) over the sum of both, between -1 and 1
@@ -119,12 +119,17 @@ class Judged(NamedTuple):
 
     @property
     def has_weight(self) -> bool:
-        """True where it takes from the random force a thousandth of the drive, or held-out data are clearly likelier.
+        """True where its force is a thousandth of the drive on a row, or held-out data are clearly likelier with it.
 
         Beside a random force an effect may lower neither that nor the error by what makes a step, and yet be one that a
         model of this machine lacks.
         """
-        return self.taken_share > MIN_FORCE_SHARE or gain_statistic(self.gains) >= MIN_CLEAR_STATISTIC
+        clearly_likelier = gain_statistic(self.gains) >= MIN_CLEAR_STATISTIC
+        return clearly_likelier or share_of_drive(self.model, self.candidate.effect) > MIN_FORCE_SHARE
+
+    def is_weighty(self, error_before: float) -> bool:
+        """Certain and of weight, though lowering neither the error nor the force by what makes a step."""
+        return self.is_negligible(error_before) and self.has_weight
 
     def improves(self, error_before: float) -> bool:
         """Lowering the error, or the force without raising the error."""
@@ -273,9 +278,19 @@ def agreement(*kinds: np.ndarray) -> str:
     return f"{better}/{count}"
 
 
-def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float, float, float]:
-    """Relative fall of the random force's rms from one model to another, of all rows and the largest on a row; and the
-    largest rms on a row, as a share of the drive there, of what has gone from it.
+def share_of_drive(model: FilteredModel, effect: str) -> float:
+    """Rms of an effect's force along the measured motion, as a share of all that acts: the largest on a row.
+
+    0 of an effect that makes no force: in a sensor, or of when the input acts.
+    """
+    problem, values = model.problem, model.log_values[0]
+    without = {**values, **null_values(problem, problem.effect(effect))}
+    forces = difference_of_forces(problem.module, problem.logs, values, without)
+    return float(np.nan_to_num(forces / model.row_drives).max(initial=0.0))
+
+
+def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float, float]:
+    """Relative fall of the random force's rms from one model to another: of all rows, and the largest on a row.
 
     Each row's force is measured by the drive on that row, as rows may have different units. A row whose force is
     negligible against its drive, or far larger, tells nothing.
@@ -283,12 +298,11 @@ def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float
     drives = smaller.row_drives
     before, after = (np.minimum(np.sqrt(m.row_forces_squared) / drives, MAX_SHARE) for m in (smaller, larger))
     if not before.any():
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0
     total = 1.0 - np.linalg.norm(after) / np.linalg.norm(before)
     acting = before > MIN_FORCE_SHARE
     on_rows = 1.0 - after[acting] / before[acting]
-    taken = np.sqrt(np.maximum(before**2 - after**2, 0.0))[acting]
-    return float(total), float(max([total, *on_rows])), float(max(taken, default=0.0))
+    return float(total), float(max([total, *on_rows]))
 
 
 def _p_value_of_size(larger: FilteredModel, fitted: Fit, effect: str) -> float:
@@ -302,7 +316,7 @@ def _p_value_of_size(larger: FilteredModel, fitted: Fit, effect: str) -> float:
 
 
 def _p_value_of_ratio(larger: FilteredModel, fitted: Fit, effect: str) -> float:
-    """P-value, not corrected, of an effect's sizes as shares of the parameter of the plant that they vary with most.
+    """P-value, not corrected, of an effect's sizes as shares of the parameter of the plant that they go with most.
 
     Where nothing tells the scale of all inertias and forces, no size is told from none, but its ratio to one of them
     may be. To first order, so that a size that is no scale's, but none, is told by no ratio either.
@@ -311,8 +325,17 @@ def _p_value_of_ratio(larger: FilteredModel, fitted: Fit, effect: str) -> float:
     module = larger.problem.module
     own = set(module.PARAMETERS[: module.OWN_PARAMETERS])
     shared = [p for p in fitted.free if p.log is None and p.name in own and fitted.values[p.name] != 0.0]
-    parts = larger.estimator.problem.count
-    return min((wald_p_value_of_ratio(fitted, sizes, deviation, p, parts) for p in shared), default=1.0)
+    if not (shared and sizes):
+        return 1.0
+    nearest = max(shared, key=lambda p: max(abs(correlation(fitted, s, p)) for s in sizes))
+    return wald_p_value_of_ratio(fitted, sizes, deviation, nearest, larger.estimator.problem.count)
+
+
+def correlation(fitted: Fit, one: FreeParameter, other: FreeParameter) -> float:
+    """Correlation of the errors of two parameters, by the information matrix."""
+    a, b = (fitted.places[p.name, p.log] for p in (one, other))
+    scale = np.sqrt(fitted.covariance[a, a] * fitted.covariance[b, b])
+    return float(fitted.covariance[a, b] / scale) if np.isfinite(scale) and scale > 0.0 else 0.0
 
 
 def wald_p_value_of_ratio(

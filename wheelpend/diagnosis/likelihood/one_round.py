@@ -109,6 +109,8 @@ def _round_of_supported(
         ended = judge(base, larger, effect, tests)
         if not _can_stay(larger, base.model, added) or ended.raises_error(base.validated.error):
             continue
+        if one.is_negligible(base.validated.error) and not _is_worth_a_step(ended, base):
+            continue
         first = _as_settled(base, one, ended)
         known = [first if j.candidate.effect == effect else j for j in judged]
         found = _diagnosis(base, [first, *behind], _with_evidence_of(worth, known), progress)
@@ -146,9 +148,14 @@ def _as_settled(base: JudgedModel, one: Judged, ended: Judged) -> Judged:
 
     A refit may end short of it (a delay of 4 ms on its way to 12).
     """
-    if not ended.is_supported(base.validated.error):
+    if not _is_worth_a_step(ended, base):
         return one
     return ended._replace(candidate=replace(ended.candidate, equivalent_to=one.candidate.equivalent_to))
+
+
+def _is_worth_a_step(one: Judged, base: JudgedModel) -> bool:
+    """True of what is certain, and lowers the error or the force, or has weight."""
+    return one.is_supported(base.validated.error) or one.is_weighty(base.validated.error)
 
 
 def _last_round(
@@ -160,7 +167,7 @@ def _last_round(
     may be missing.
     """
     small = [j for j in judged if j.is_negligible(base.validated.error)]
-    weighty = most_telling_first(not_led([j for j in small if j.has_weight], judged))
+    weighty = most_telling_first(not_led([j for j in judged if j.is_weighty(base.validated.error)], judged))
     if one := _round_of_supported(base, weighty, (), judged, {*worth, *_effects_of(weighty)}, added, progress):
         return one
     progress("fitting all samples")

@@ -28,18 +28,16 @@ from wheelpend.diagnosis.missing_force.smooth_basis import SmoothBasis
 from wheelpend.estimation.random_source import Sources, scaled_sources, with_one_changed
 from wheelpend.estimation.scaled_inverse import solve_damped
 
-FORCE_KIND, READING_KIND = "force", "reading"  # kinds of what repeats
 FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted to the others
-RIDGES_PER_VARIANCE = {  # prior information of a coefficient, in units of its place's variance, by kind of place
-    FORCE_KIND: (1.0,),  # a law is at most as large as the random force that stands for it
-    READING_KIND: (1.0, 1e-4),  # of a precise sensor the law may be far larger than what the filter misses
-}
+RIDGE_PER_VARIANCE = 1.0  # prior information of a coefficient, in units of its place's variance
 MAX_VARIABLES = 2  # of a function
 MIN_ADDED_GAIN = 3.0  # nats that a constant must add, and each variable
 FORCE_SHARES = (0.6, 0.3)  # of the found random forces, behind which is looked: they may hide what repeats
 SOURCE_SHARE = 0.1  # of one source among several: it may be there only to mirror what repeats
 FLAT_DAMPING = 1e-9  # of the unit diagonal, with which a direction that data do not tell does not move
 SIGNIFICANCE_LEVEL = 1e-3  # of all functions together: responses of the own parameters are near ones
+
+FORCE_KIND, READING_KIND = "force", "reading"  # kinds of what repeats
 
 
 @dataclass(frozen=True)
@@ -227,8 +225,7 @@ def _repeating_behind(
         acting = [place.whitened(r, f) for r, f in zip(responses, functions, strict=True)]
         whitened = [np.concatenate(both, axis=2) for both in zip(own, acting, strict=True)]
         folded = folded_drifts(responses, whitened, columns, fitted)
-        ridges = RIDGES_PER_VARIANCE[place.kind]
-        found += [_strongest(place, folded, basis, responses, tests * len(ridges), ridge) for ridge in ridges]
+        found.append(_strongest(place, folded, basis, responses, tests))
     return found
 
 
@@ -267,18 +264,13 @@ def folded_drifts(
 
 
 def _strongest(
-    place: Place,
-    folded: FoldedDrifts,
-    basis: SmoothBasis,
-    responses: Sequence[DriftResponse],
-    tests: int,
-    ridge_per_variance: float,
+    place: Place, folded: FoldedDrifts, basis: SmoothBasis, responses: Sequence[DriftResponse], tests: int
 ) -> RepeatingFunction:
     """The function of at most two variables that predicts most of what the others leave: a constant, if that is all.
 
     Every pair is tried where no variable says anything alone.
     """
-    ridge = ridge_per_variance / max(place.squared, 1e-300)
+    ridge = RIDGE_PER_VARIANCE / max(place.squared, 1e-300)
     nothing, constant = folded.predicted((), ridge), folded.predicted(basis.names(()), ridge)
     single: dict[tuple[str, ...], DriftGain] = {
         (v,): folded.predicted(basis.names([v]), ridge) for v in basis.variables
