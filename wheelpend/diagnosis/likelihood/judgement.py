@@ -281,7 +281,7 @@ def agreement(*kinds: np.ndarray) -> str:
 def share_of_drive(model: FilteredModel, effect: str) -> float:
     """Rms of an effect's force along the measured motion, as a share of all that acts: the largest on a row.
 
-    0 of an effect that makes no force: in a sensor, or of when the input acts.
+    0 of an effect that makes no force of the measured motion: in a sensor, in the input, or with a state of its own.
     """
     problem, values = model.problem, model.log_values[0]
     without = {**values, **null_values(problem, problem.effect(effect))}
