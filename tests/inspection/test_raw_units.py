@@ -43,6 +43,13 @@ def test_a_square_wave_of_one_volt_is_no_duty():
     assert said(wave, ColumnMap("u")) == []
 
 
+@pytest.mark.parametrize(("peak", "doubted"), [(255.0, False), (240.0, False), (586.0, True), (150.0, True)])
+def test_a_full_scale_that_is_not_reached_is_said_with_its_doubt(peak, doubted):
+    log = replace(faulty.clean(), voltage=np.round(volts(peak)))
+    (found,) = find_duty(log, LogCorrections({"v_in": ColumnMap("u")}, DEFAULT_TABLE, ()))
+    assert ("a driver clips the command below it" in found.cure) == doubted
+
+
 def test_clipping_alone_is_said_with_its_doubt():
     (sentence,) = said(np.clip(volts(1.5), -1, 1), ColumnMap("u"))
     assert "may be a duty of ±1" in sentence and "looks like" not in sentence

@@ -13,6 +13,7 @@ from wheelpend.logs.columns import ColumnMap, ColumnTable
 from wheelpend.logs.log import Log
 
 PWM_LIMITS = (100, 127, 255, 400, 500, 1000, 1023, 2047, 4095, 8191, 10000, 32767)  # full scale of common timers
+MIN_REACHED_SHARE = 0.9  # of a full scale that a command reaches where nothing clips it before
 MIN_PWM_PEAK = 30.0  # whole numbers up to which an input may as well be volts
 ACTING_SHARE = 0.1  # of its largest value, from which on an input acts
 MIN_WAY_BACK_SHARE = 0.1  # of a place's way, against an input that acts one way only: a brake takes less
@@ -130,6 +131,8 @@ def duty_findings(name: str, column: str, values: np.ndarray) -> list[Finding]:
     reaches = f"it reaches {peak:g}{whole}." if not clipped else f"it is clipped at just {peak:g}."
     sentence = f"{name} {looks} {kind} of ±{scale} and not {'like ' if not clipped else ''}volts: {reaches}"
     cure = f"Map it in [columns] with scale = the supply's volts / {scale}; which supply, the log cannot tell."
+    if not clipped and limit > 1.0 and peak < MIN_REACHED_SHARE * limit:
+        cure += " Nor can it whether that is the full scale, or a driver clips the command below it."
     if clipped:
         cure = f'If it is volts, say so in [columns] with unit = "V". If not: {cure[0].lower()}{cure[1:]}'
     return [Finding("duty", name, sentence, cure, limit)]

@@ -8,7 +8,7 @@ from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.inspection.findings import Finding
 from wheelpend.logs.checks import INTERVAL_CURE, MOVE_CURE, stillness
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.logs.log import Log, gapless_ranges, shortest_segment
+from wheelpend.logs.log import Log, shortest_segment
 from wheelpend.logs.noise import Noise
 from wheelpend.logs.runs import runs_of
 
@@ -28,7 +28,7 @@ def find_gaps(log: Log) -> list[Finding]:
     k = int(gaps[np.argmax(interval[gaps])])
     count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
     sentence = f"{count} in the sampling, the longest {interval[k]:.3g} s after t = {log.t[k]:.6g} s."
-    longest = max(b - a for a, b in gapless_ranges(log, 0, len(log.t)))
+    longest = int(np.diff(np.r_[0, gaps + 1, len(log.t)]).max())
     needed = shortest_segment(log, DEFAULT_HORIZON_S)
     cure = (
         "Nothing to do: no segment spans a gap."
