@@ -270,7 +270,8 @@ def test_a_motors_speed_without_a_name_is_summed(tmp_path):
     rows = "\n".join(f"{0.02 * k:.2f},{u:.4f},{y:.6f}" for k, (u, y) in enumerate(zip(volts, speed, strict=True)))
     (tmp_path / "log.csv").write_text(f"t,u,y\n{rows}\n")
     look = first_look(tmp_path / "log.csv")
-    assert '{ column = "y", unit = "m/s"' in look.model and "y, a speed, is summed" in " ".join(look.proposal.sentences)
+    assert 'x = { column = "y", unit = "m/s" }  # guessed' in look.model and "0.0174533 for deg/s" in look.model
+    assert "y, a speed, is summed" in " ".join(look.proposal.sentences)
 
 
 def test_stamps_that_come_late_are_no_place_where_the_interval_is_said(tmp_path):
@@ -290,3 +291,30 @@ def test_a_plant_whose_place_no_column_fits_keeps_the_input(tmp_path):
     (tmp_path / "log.csv").write_text(f"t,u,y\n{rows}\n")
     model = first_look(tmp_path / "log.csv", "pendulum").model
     assert "driven = true" in model and 'v_in = { column = "u" }' in model
+
+
+def test_a_plant_takes_of_two_inputs_the_one_that_acts_and_says_so(tmp_path):
+    t = 0.01 * np.arange(600)
+    commanded = {"command_angle": 20.0 * np.sign(np.sin(t)), "current_mA": 200.0 * np.sin(3.0 * t)}
+    write_csv(tmp_path / "log.csv", {"t": t, **commanded, "feedback_angle": 30.0 * np.sin(2.0 * t)})
+    look = first_look(tmp_path / "log.csv", "pendulum")
+    assert "driven = true" in look.model and 'v_in = { column = "current_mA"' in look.model
+    assert "one of 2 inputs" in look.model
+
+
+@pytest.mark.parametrize("rows", [99, 100, 101])
+def test_an_angle_that_is_read_too_seldom_in_every_stretch_is_no_fault(tmp_path, rows):
+    t = 0.017 * np.arange(rows)
+    angle = 12.0 * t
+    angle[rows // 2] += 300.0  # one reading is off
+    write_csv(tmp_path / "log.csv", {"time": t, "voltage": 0.3 + 0.1 * np.sin(9.0 * t), "angle": angle})
+    assert "angle" in first_look(tmp_path / "log.csv").model
+
+
+def test_an_angle_in_degrees_beside_the_same_in_rad_is_a_copy_and_so_is_the_motors_side_of_a_gear(tmp_path):
+    t = 0.01 * np.arange(600)
+    angle = np.sin(t)
+    columns = {"t": t, "angle [rad]": angle, "angle [deg]": np.degrees(angle), "shaft [deg]": 6.0 * np.degrees(angle)}
+    write_csv(tmp_path / "log.csv", columns)
+    roles = {c.name: c.role for c in survey_file(tmp_path / "log.csv").columns}
+    assert sorted(roles.values()) == ["copy", "copy", "position", "time"]

@@ -10,6 +10,8 @@ import numpy as np
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
     ERROR_NAMES,
+    REFERENCE_NAMES,
+    contains,
     has_word,
     is_command,
     stated_base,
@@ -67,7 +69,9 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
     found: dict[str, str] = {}
     moving = [n for n, v in values.items() if np.isfinite(v).all() and np.ptp(v) > 0.0]
     for a, b in combinations(sorted(moving, key=lambda n: (not stated_unit(n), has_word(n, ERROR_NAMES))), 2):
-        if a in found or b in found or (stated_unit(a) and stated_unit(b)) or _may_control(a, b):
+        wanted = contains(a, REFERENCE_NAMES) or contains(b, REFERENCE_NAMES)
+        others = stated_unit(a) and stated_unit(b) and (wanted or stated_base(a) != stated_base(b))
+        if a in found or b in found or others or _may_control(a, b):
             continue
         every = max(1, len(values[a]) // MAX_COMPARED_SAMPLES)
         if not _line_between(values[a][::every], values[b][::every]):

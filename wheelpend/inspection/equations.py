@@ -36,6 +36,8 @@ MAX_UNEXPLAINED_SHARE = 0.3  # share of the input's power; with more left nothin
 MIN_ENCODER_SAMPLES = 200  # that tell what a second link's angle is measured against, by tenfold misfits
 MIN_FLIP_GAIN = 2.0  # times less of the input that is left where signs are turned round
 MIN_CLEAR_FLIP_GAIN = 10.0  # times more, with which a sign is right whatever else speaks against it
+MIN_KEPT_SHARE = 0.8  # of the square of a speed, from which on it is kept
+MIN_POWER_SHARE = 0.3  # of the product of an input's and a speed's rms, from which on the one works on the other
 CONSTANT_SHARE = 1e-9  # of an input, by which it may vary and is one value
 SAME_SHARE_TOLERANCE = 1e-6  # relative difference of shares that is rounding, which differs from processor to processor
 MIN_FRICTION_SHARE = 0.9  # of an input's power that the sign of a rate explains, from which on it is like dry friction
@@ -66,12 +68,32 @@ def find_input_faults(
     if alike := friction_like_coordinate(signals, module):
         return [friction_like_finding(signals.input, alike)]
     flipped = flipped_columns(signals, module, pairs)
+    unpulled = corrections.table.units.get(module.OUTPUTS[0]) == "m"
+    if flipped and unpulled and takes_work(signals, module):
+        flipped = ()
     corrections.sign.update(dict.fromkeys(flipped, -corrections.sign.get(flipped[0], 1) if flipped else -1))
     findings = [flip_finding(name) for name in flipped]
     signals = with_signs_flipped(signals, flipped)
     if late := signals.is_long and _time_shift(signals, module):
         findings.append(input_shift_finding(signals.input, late, signals.dt))
     return findings
+
+
+def takes_work(signals: Signals, module: KernelModule) -> bool:
+    """True of a machine with one place, which nothing pulls, whose input works on it while it gets no slower.
+
+    With the other sign it would give work, and no machine does so at no expense of its speed. A controller that holds a
+    speed makes the input fall where the speed rises, so that a regression may find either sign.
+    """
+    if module.NQ != 1:
+        return False
+    speed = signals.smooth(module.OUTPUTS[0], 1)[signals.rows]
+    force = signals.smooth(signals.input)[signals.rows]
+    quarter = max(len(speed) // 4, 1)
+    first, last, mean = (float(np.mean(part**2)) for part in (speed[:quarter], speed[-quarter:], speed))
+    power = float(np.mean(force * speed))
+    works = power > MIN_POWER_SHARE * math.sqrt(float(np.mean(force**2)) * mean)
+    return works and last >= MIN_KEPT_SHARE * first
 
 
 def is_right_as_it_is(log: Log, module: KernelModule) -> bool:

@@ -26,7 +26,7 @@ from wheelpend.inspection.column_names import (
 from wheelpend.inspection.kinematics import sum_misfit
 from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
-from wheelpend.inspection.survey import MAX_SUM_MISFIT_SHARE, Survey
+from wheelpend.inspection.survey import MAX_SUM_MISFIT_SHARE, SUMMED_PLACE, Survey
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, ColumnTable
 
 USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
@@ -116,7 +116,7 @@ def guess_place(
     """
     counting = is_counting(column) and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
     alone = len(survey.of_role("position")) == 1 and survey.base_of(column) != "rad"
-    if own == "rad" and alone and not counting and is_small_swing(values, survey.longest, column, inputs):
+    if own == "rad" and alone and not counting and is_small_swing(values, survey.longest_with(column), column, inputs):
         said = ("a way, for gravity pulls it back by itself and not by a sine: mm of a pendulum of 1 m, put 0.001 / "
                 "its length in m in the place of this scale")  # fmt: skip
         return guess_counts(column, values, own) if is_whole(values) else Guess(ColumnMap(column, scale=0.001), said)
@@ -131,14 +131,14 @@ def guess_place(
         return Guess(
             ColumnMap(column, "deg"), f"degrees, for in rad it would turn {speed / (2 * math.pi):.0f} times a second"
         )
-    if own == "rad" and not counting and (why := is_in_degrees(values, survey.longest, column, inputs)):
+    if own == "rad" and not counting and (why := is_in_degrees(values, survey.longest_with(column), column, inputs)):
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
     if by_rate := guess_by_rate(survey, column, values, own):
         return by_rate
     way = float(np.nanmax(values) - np.nanmin(values))
     if own == "m" and not counting and way > MAX_WAY_M and beside_angle:
         return Guess(ColumnMap(column, "mm"), f"millimetres, for no carriage goes {way:.3g} m")
-    if own == "m" and not counting and way > MAX_WAY_M:
+    if own == "m" and not counting and way > MAX_WAY_M and column != SUMMED_PLACE:
         said = f"degrees of a shaft, which are then rad, for no carriage goes {way:.3g} m"
         return Guess(ColumnMap(column, scale=math.pi / 180), said)
     if not is_whole(values):

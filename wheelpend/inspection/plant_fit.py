@@ -154,21 +154,23 @@ def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
     found = dict(zip(left, free, strict=False)) | named
     if not found and not survey.may_hold_place:
         return None
-    columns = dict(zip(table.inputs, survey.of_role("input"), strict=False)) | {n: found[n] for n in own if n in found}
+    inputs = sorted(survey.of_role("input"), key=lambda c: not suggested_input_base(c))  # a current before a set point
+    columns = dict(zip(table.inputs, inputs, strict=False)) | {n: found[n] for n in own if n in found}
     columns |= {r: rates[columns[a]] for r, a in table.rates.items() if columns.get(a) in rates and r in table.channels}
     return Candidate(plant, chosen, table, columns, 0, 0)
 
 
 def _with_inputs_of(survey: Survey, plant: str) -> dict[str, Any]:
-    """Choices under which a plant has as many inputs as a file; the defaults where none has, or none without a place
-    more.
+    """Choices under which a plant has as many inputs as a file, or else the most of those that have fewer, and no place
+    more; the defaults where all have more.
     """
     default = plant_signature(plant, plants.complete_assumptions(plant, {}))
     tables = {json.dumps(c): ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, c)))
               for c in [{}, *column_choices(plant)]}  # fmt: skip
-    inputs, places = len(survey.of_role("input")), len(ColumnTable.of(default).places)
-    able = (c for c, table in tables.items() if len(table.inputs) == inputs and len(table.places) <= places)
-    return json.loads(next(able, "{}"))
+    most, places = len(survey.of_role("input")), len(ColumnTable.of(default).places)
+    able = {c: len(table.inputs) for c, table in tables.items() if len(table.places) <= places}
+    inputs = max((n for n in able.values() if n <= most), default=None)
+    return json.loads(next((c for c, n in able.items() if n == inputs), "{}"))
 
 
 def names_rate_sensor(column: str) -> bool:

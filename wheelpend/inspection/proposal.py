@@ -36,6 +36,7 @@ from wheelpend.logs.faults import held_samples
 from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
 SUMMED_REASON = "a speed, which is summed over time, as no column is a place"
+UNKNOWN_SPEED_UNIT = "; its unit is not said: put scale = 0.0174533 for deg/s, 0.10472 for rpm, rad being the place's"
 UNNAMED_COLUMN = "?"  # stands for a column that its user must name
 COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
 
@@ -104,7 +105,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
         sentences.append(guess_sentence("t", survey.clock.column, reason))
     if survey.speed:
         maps |= (speeds := summed_speed(survey, best, maps))
-        reasons |= dict.fromkeys(speeds, SUMMED_REASON)
+        reasons |= dict.fromkeys(speeds, SUMMED_REASON + ("" if stated_unit(survey.speed) else UNKNOWN_SPEED_UNIT))
         sentences.append(f"Nothing in {survey.file} is a place: {survey.speed}, a speed, is summed over time.")
     maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
     text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})
@@ -209,10 +210,10 @@ def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
 
     What is held at first is pulled nowhere: a machine that nothing drives is judged from where it is let go.
     """
-    if survey.base_of(place) != "rad" and is_small_swing(survey.values[place], survey.longest, place, inputs):
+    signals = survey.longest_with(place)
+    if survey.base_of(place) != "rad" and is_small_swing(survey.values[place], signals, place, inputs):
         return None
     unit = DEGREES_PER_RADIAN if looks_like_degrees(survey, place) else 1.0
-    signals = survey.longest
     if signals and not inputs:
         values = signals.channels[place]
         signals = signals.since(held_samples(signals.dt * np.arange(len(values)), [values]))
@@ -231,7 +232,7 @@ def chain_hanging_at(
     if not are_links or best.table.range_channel:
         return None
     factors = {_guessed_factor(p, maps.get(n)) for n, p in zip(best.table.places, places, strict=True)}
-    return chain_zero(survey.longest, places, inputs, 1.0 / factors.pop()) if len(factors) == 1 else None
+    return chain_zero(survey.longest_with(*places), places, inputs, 1.0 / factors.pop()) if len(factors) == 1 else None
 
 
 def _guessed_factor(column: str, read_as: ColumnMap | None) -> float:
@@ -244,7 +245,8 @@ def _guessed_factor(column: str, read_as: ColumnMap | None) -> float:
 def looks_like_degrees(survey: Survey, place: str) -> bool:
     """True of a position that states no unit and is an angle in degrees by what gravity does to it."""
     states = survey.base_of(place) == "m" or stated_unit(place)
-    return not states and bool(is_in_degrees(survey.values[place], survey.longest, place, survey.of_role("input")))
+    signals, inputs = survey.longest_with(place), survey.of_role("input")
+    return not states and bool(is_in_degrees(survey.values[place], signals, place, inputs))
 
 
 def guess_sentence(name: str, column: str, reason: str) -> str:
@@ -331,11 +333,14 @@ def plant_advice(survey: Survey, left: list[str]) -> str:
     needs_input = bool(places) and not survey.of_role("input")
     able = (n for n in left if may_be_input(n)) if needs_input else (n for n in left if not is_no_place(n))
     first = next(able, "...") if needs_input or not places else places[-1]
-    name = "v_in" if needs_input else "theta_1" if first != "..." and survey.base_of(first) == "rad" else "x"
+    turns = first in survey.values and (survey.base_of(first) == "rad" or looks_like_degrees(survey, first))
+    name = "v_in" if needs_input else "theta_1" if first != "..." and turns else "x"
+    unit = stated_unit(first) or ("deg" if first in places and looks_like_degrees(survey, first) else "")
+    entry = f'{{ column = "{first}", unit = "{unit}" }}' if unit and first in places else f'{{ column = "{first}" }}'
     return (
         f" If you know the plant ({', '.join(plants.KNOWN_PLANTS)}), `wheelpend new FOLDER --from {file} --plant NAME` "
         "writes a model.toml with what fits; under its [columns] a line says what another column is:\n\n"
-        f'{name} = {{ column = "{first}" }}'
+        f"{name} = {entry}"
     )
 
 

@@ -151,6 +151,11 @@ class Survey(NamedTuple):
         """The signals; of a log too short for most of what they are asked, its longest stretch without a gap."""
         return self.signals or max(self.stretches, key=lambda s: len(s.voltage), default=None)
 
+    def longest_with(self, *places: str) -> Signals | None:
+        """The same, where it has these channels: one that is read too seldom is in no stretch."""
+        found = self.longest
+        return found if found is not None and all(p in found.channels for p in places) else None
+
     def base_of(self, name: str) -> str:
         """The unit of SI that a column's name states or the step of its encoder shows; rad of one called an angle."""
         shown = self.column(name).remark.endswith(COUNTS_ENDING) or has_word(name, ANGLE_NAMES)

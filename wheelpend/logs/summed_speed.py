@@ -13,7 +13,8 @@ SPEED_UNITS = (1.0, math.radians(1.0), math.pi / 30.0, 2.0 * math.pi)  # rad/s, 
 MAX_INTERVAL_SCATTER = 1e-2  # of the interval: of a clock that scatters more, counts of a row tell no speed in steps
 MIN_EVEN_SHARE = 0.9  # of the intervals that scatter less, gaps aside
 COUNTS_PER_TURN = (4.0, 1e5)  # of a shaft
-WHOLE_TOLERANCE = 0.02  # by which such a number is off a whole one: one in 25 is by chance
+WHOLE_TOLERANCE = 0.005  # by which such a number is off a whole one: one in 30 is by chance, of three turns
+TURN_SIZES = (2.0 * math.pi, 360.0, 1.0)  # in rad, degrees and turns
 
 
 def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -32,11 +33,12 @@ def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
-    """Counts per turn of an encoder whose counts in the interval before each row a speed (N,) [rad/s] is; 0 of others.
+    """Counts per turn of an encoder whose counts in the interval before each row a speed (N,) is; 0 of others.
 
     Such a speed lies on a grid whose step times the interval is a whole part of a turn. It is the mean since the row
     before: taken for the speed of that moment it would come half an interval late, which a delay would explain. A step
-    of a round number in a usual unit may as well be that of its digits.
+    of a round number in a usual unit may as well be that of its digits. The speed is in rad/s, or in deg/s or rev/s
+    where nothing says so.
     """
     intervals = np.diff(t)
     interval = float(np.median(intervals)) if intervals.size else 0.0
@@ -48,10 +50,11 @@ def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
     counts = np.round(known / step)
     step = float(known @ counts / (counts @ counts))  # its digits add up over all readings
     scatter = float(np.std(known - step * counts) / np.sqrt(counts @ counts))
-    per_turn = 2.0 * math.pi / (step * interval)
-    sure = per_turn * scatter < WHOLE_TOLERANCE * step
-    whole = round(per_turn) if COUNTS_PER_TURN[0] <= per_turn <= COUNTS_PER_TURN[1] else 0
-    return whole if sure and abs(per_turn - whole) < WHOLE_TOLERANCE else 0
+    possible = [turn / (step * interval) for turn in TURN_SIZES]
+    sure = [
+        n for n in possible if COUNTS_PER_TURN[0] <= n <= COUNTS_PER_TURN[1] and n * scatter < WHOLE_TOLERANCE * step
+    ]
+    return next((round(n) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), 0)
 
 
 def is_round(step: float) -> bool:

@@ -27,7 +27,8 @@ def diagnosis_text(result: Diagnosis, model: Model, asked: LawRequest | None = N
     """The verdict, the candidates, where the model fails, and what the logs would have shown."""
     yield verdict_text(result, model)
     yield from _candidates_text(result, model)
-    yield from structures_text(result.structures, beside_force=leaves_a_force(result.remainder))
+    if not result.determines_nothing:  # else they are what was assumed
+        yield from structures_text(result.structures, beside_force=leaves_a_force(result.remainder))
     if result.experiment:
         yield result.experiment
     yield from remainder_sentences(result.remainder, model, NOT_ADDED if result.named else "")

@@ -32,7 +32,8 @@ def explanation_text(result: Ladder, asked: LawRequest | None = None) -> TextBlo
     for step in result.steps:
         yield from _step_lines(step, result)
     yield closing_sentence(result)
-    yield from structures_text(result.structures, beside_force=leaves_a_force(result.remainder))
+    if not result.last.determines_nothing:  # else they are what was assumed
+        yield from structures_text(result.structures, beside_force=leaves_a_force(result.remainder))
     yield from remainder_sentences(result.remainder, result.model)
     yield from unexplained_text(result, asked or LawRequest())
 
