@@ -131,11 +131,19 @@ def test_what_makes_a_thousandth_of_the_drive_or_held_out_data_likelier_has_weig
     shares = {"small": 0.5e-3, "large": 2e-3}
     monkeypatch.setattr(judgement, "share_of_drive", lambda model, effect: shares[effect])
     small, large = (judged(100.1, 0.0004, effect=name) for name in shares)
-    assert small.is_weighty(100.0), "of 20 blocks 15 are likelier"
+    assert small.is_negligible(100.0) and small.has_weight, "of 20 blocks 15 are likelier"
     chance = np.tile([-2.0, 2.1], 10)
-    assert small._replace(gains=chance).is_weighty(100.0) is False
     assert not small._replace(gains=chance).has_weight and large._replace(gains=chance).has_weight
-    assert not judged(100.1, 0.0004, effect="large", p_value=0.1).is_weighty(100.0), "it is not certain"
+
+
+def test_what_data_do_not_tell_from_an_effect_with_weight_is_named_with_it(monkeypatch):
+    monkeypatch.setattr(judgement, "share_of_drive", lambda model, effect: 2e-3 * (effect == "com_offset"))
+    chance = np.tile([-2.0, 2.1], 5)
+    tilt, bias = (rival(name, 20.0, chance, chance, BLOCKS) for name in ("com_offset", "imu_bias"))
+    other = rival("slope", 20.0, chance, chance, 5.0 * BLOCKS)  # of which data of the fit say far more
+    assert [j.candidate.effect for j in judgement.with_weight([bias, other, tilt])] == ["imu_bias", "com_offset"]
+    assert judgement.with_weight([bias, other]) == []
+    assert "imu_bias" in most_telling_first(judgement.with_weight([tilt, bias]))[0].candidate.equivalent_to
 
 
 @pytest.mark.parametrize(("torque", "share"), [(0.2, 0.2 / np.hypot(2.0, 0.2)), (1e-4, 0.5e-4)])

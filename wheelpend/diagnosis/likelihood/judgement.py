@@ -127,10 +127,6 @@ class Judged(NamedTuple):
         clearly_likelier = gain_statistic(self.gains) >= MIN_CLEAR_STATISTIC
         return clearly_likelier or share_of_drive(self.model, self.candidate.effect) > MIN_FORCE_SHARE
 
-    def is_weighty(self, error_before: float) -> bool:
-        """Certain and of weight, though lowering neither the error nor the force by what makes a step."""
-        return self.is_negligible(error_before) and self.has_weight
-
     def improves(self, error_before: float) -> bool:
         """Lowering the error, or the force without raising the error."""
         return self.lowers(error_before) and not self.raises_error(error_before)
@@ -276,6 +272,12 @@ def agreement(*kinds: np.ndarray) -> str:
     """
     better, count = max(((np.count_nonzero(b > 0.0), len(b)) for b in kinds if len(b)), key=lambda k: k[0] / k[1])
     return f"{better}/{count}"
+
+
+def with_weight(certain: Sequence[Judged]) -> list[Judged]:
+    """Those of some effects that have weight, and those that data do not tell from them: a sensor makes no force."""
+    weighty = [j for j in certain if j.has_weight]
+    return [j for j in certain if any(j is o or j.is_like(o) for o in weighty)]
 
 
 def share_of_drive(model: FilteredModel, effect: str) -> float:

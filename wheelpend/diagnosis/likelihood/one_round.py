@@ -18,6 +18,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     most_telling_first,
     not_led,
     simpler_than,
+    with_weight,
 )
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
@@ -109,7 +110,7 @@ def _round_of_supported(
         ended = judge(base, larger, effect, tests)
         if not _can_stay(larger, base.model, added) or ended.raises_error(base.validated.error):
             continue
-        if one.is_negligible(base.validated.error) and not _is_worth_a_step(ended, base):
+        if one.is_negligible(base.validated.error) and not ended.is_certain:
             continue
         first = _as_settled(base, one, ended)
         known = [first if j.candidate.effect == effect else j for j in judged]
@@ -148,14 +149,10 @@ def _as_settled(base: JudgedModel, one: Judged, ended: Judged) -> Judged:
 
     A refit may end short of it (a delay of 4 ms on its way to 12).
     """
-    if not _is_worth_a_step(ended, base):
+    still = ended.is_certain if one.is_negligible(base.validated.error) else ended.is_supported(base.validated.error)
+    if not still:
         return one
     return ended._replace(candidate=replace(ended.candidate, equivalent_to=one.candidate.equivalent_to))
-
-
-def _is_worth_a_step(one: Judged, base: JudgedModel) -> bool:
-    """True of what is certain, and lowers the error or the force, or has weight."""
-    return one.is_supported(base.validated.error) or one.is_weighty(base.validated.error)
 
 
 def _last_round(
@@ -167,7 +164,7 @@ def _last_round(
     may be missing.
     """
     small = [j for j in judged if j.is_negligible(base.validated.error)]
-    weighty = most_telling_first(not_led([j for j in judged if j.is_weighty(base.validated.error)], judged))
+    weighty = most_telling_first(not_led(with_weight(small), judged))
     if one := _round_of_supported(base, weighty, (), judged, {*worth, *_effects_of(weighty)}, added, progress):
         return one
     progress("fitting all samples")
