@@ -27,7 +27,6 @@ LARGE_FORCE_SHARE = 0.5  # of the modelled forces on a row: from there on chance
 HIDING_FORCE_SHARE = 0.02  # of the same: from there on what it stands for may hide a parameter
 LARGE_ERROR_SHARE = 0.5  # of a channel's standard deviation: from there on its error is what it reads
 LARGE_UNPREDICTED_SHARE = 0.25  # of the motion's mean square over the horizon, half of its size: the model misses it
-DIAGNOSE_TEXT = "`wheelpend diagnose LOG` looks for it."
 MAX_INERTIA_RATIO = 2.0  # of two estimates of an inertia, beyond which one of them is wrong
 MAX_KNOWN_SIGMA_SHARE = 0.5  # of its value, standard error up to which a parameter is known: 95 % end before zero
 MIN_DISAGREEMENT_SIGMAS = 2.0  # standard errors of both together, within which two estimates agree
@@ -124,7 +123,10 @@ def undetermined_warnings(
     share = left.share if left else 0.0
     if share >= HIDING_FORCE_SHARE:
         by = f"a random force of {100 * share:.2g} % of {plant.drive_words}"
-        nothing, cure = f" {cure}", f"Or a missing effect hides {_them(own)}, which {by} stands for: {DIAGNOSE_TEXT}"
+        hidden = (
+            f"Or a missing effect hides {_them(own)}, which {by} stands for: `wheelpend diagnose LOG` looks for it."
+        )
+        nothing, cure = f" {cure}", hidden
     said = (f"{_values_text(own, found)}: these logs do not determine {_them(own)}.{nothing} {cure}",) if own else ()
     return said + tuple(
         f"{_values_text([n], found)}: these logs do not tell it from zero. Whether the model does without "

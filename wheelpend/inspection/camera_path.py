@@ -67,10 +67,8 @@ def find_arc(x: np.ndarray, y: np.ndarray) -> Arc | None:
     pivot, radius = fitted.x[:2], abs(float(fitted.x[2]))
     angles = np.arctan2(*(centred - pivot).T)
     turned = np.angle(np.exp(1j * (angles - np.angle(np.mean(np.exp(1j * angles))))))
-    left, noise = (
-        math.sqrt(2.0 * fitted.cost),
-        math.sqrt(len(points)) * np.hypot(difference_noise(points[:, 0]), difference_noise(points[:, 1])),
-    )
+    left = math.sqrt(2.0 * fitted.cost)
+    noise = math.sqrt(len(points)) * math.hypot(*(difference_noise(v) for v in points.T))
     round_enough = left < MAX_ROUND_SHARE * straight or left < noise < MAX_NOISE_SHARE * straight
     if not (round_enough and float(np.ptp(turned)) < MAX_ARC_RAD and abs(pivot[1]) > abs(pivot[0])):
         return None

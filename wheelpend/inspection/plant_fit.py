@@ -137,8 +137,7 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
 
 
 def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
-    """A plant with those of the file's columns that fit its places: under its defaults, or the first choice of its
-    assumptions that has as many inputs and no more places.
+    """A plant with those of the file's columns that fit its places, under the choices that take most of its inputs.
 
     None where no position does, nor may be one among what was not recognised.
     """
@@ -161,16 +160,12 @@ def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
 
 
 def _with_inputs_of(survey: Survey, plant: str) -> dict[str, Any]:
-    """Choices under which a plant has as many inputs as a file, or else the most of those that have fewer, and no place
-    more; the defaults where all have more.
-    """
-    default = plant_signature(plant, plants.complete_assumptions(plant, {}))
-    tables = {json.dumps(c): ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, c)))
-              for c in [{}, *column_choices(plant)]}  # fmt: skip
-    most, places = len(survey.of_role("input")), len(ColumnTable.of(default).places)
-    able = {c: len(table.inputs) for c, table in tables.items() if len(table.places) <= places}
-    inputs = max((n for n in able.values() if n <= most), default=None)
-    return json.loads(next((c for c, n in able.items() if n == inputs), "{}"))
+    """The first choices under which a plant has most inputs, no more than a file, and no place more than by default."""
+    tables = [(c, ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, c))))
+              for c in [{}, *column_choices(plant)]]  # fmt: skip
+    inputs, places = len(survey.of_role("input")), len(tables[0][1].places)
+    able = [(c, len(t.inputs)) for c, t in tables if len(t.places) <= places and len(t.inputs) <= inputs]
+    return max(able, key=lambda choice: choice[1], default=({}, 0))[0]
 
 
 def names_rate_sensor(column: str) -> bool:

@@ -72,7 +72,7 @@ def with_settings(model: Model, settings: Sequence[Setting]) -> Model:
     from wheelpend.model.toml_edits import with_entry, without_guess_mark  # imported late: tomlkit is slow to load
 
     text = model.text
-    for setting in [*(complete := _complete(model, settings)), *_rescaled(model, complete)]:
+    for setting in _with_consequences(model, settings):
         if setting.value is None and _entry(parse_toml(text), setting) is None:
             raise Failure(f"An entry must be there to be taken away, but model.toml has no {setting.key}.")
         if not _holds_already(parse_toml(text), setting):
@@ -87,8 +87,8 @@ def with_settings(model: Model, settings: Sequence[Setting]) -> Model:
 
 def changes(before: Model, after: Model, settings: Sequence[Setting]) -> list[Changed]:
     """The entries that settings changed from one model to another."""
-    texts, complete = (parse_toml(before.text), parse_toml(after.text)), _complete(before, settings)
-    places = (Setting(s.place, None) for s in [*complete, *_rescaled(before, complete)])
+    texts = parse_toml(before.text), parse_toml(after.text)
+    places = (Setting(s.place, None) for s in _with_consequences(before, settings))
     found = (Changed(s.key, *(_entry(text, s) for text in texts)) for s in places)
     return [c for c in found if c.before != c.after]
 
@@ -123,6 +123,12 @@ def _value(key: str, text: str) -> Any:
     except Failure:
         return text.strip()
     return found["value"] if len(found) == 1 else text.strip()
+
+
+def _with_consequences(model: Model, settings: Sequence[Setting]) -> list[Setting]:
+    """The settings entry by entry, and what else they change."""
+    complete = _complete(model, settings)
+    return [*complete, *_rescaled(model, complete)]
 
 
 def _complete(model: Model, settings: Sequence[Setting]) -> list[Setting]:

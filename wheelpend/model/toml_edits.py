@@ -91,12 +91,8 @@ def _with_item(document: tomlkit.TOMLDocument, place: list[str], item: tomlkit.i
 def without_guess_mark(text: str, place: tuple[str, ...]) -> str:
     """Text in which the entry at a place is marked as guessed, or not recognised, no more; other comments stay."""
     document = parsed(text)
-    entry: Any = document
-    for name in place:
-        if name not in entry:
-            return text
-        entry = entry[name]
-    if not isinstance(entry, tomlkit.items.Item) or not entry.trivia.comment.startswith(UNSTATED_MARKS):
+    entry = _item_at(document, place)
+    if entry is None or not entry.trivia.comment.startswith(UNSTATED_MARKS):
         return text
     entry.trivia.comment = entry.trivia.comment_ws = ""
     return tomlkit.dumps(document)
@@ -104,12 +100,18 @@ def without_guess_mark(text: str, place: tuple[str, ...]) -> str:
 
 def has_guess_mark(text: str, place: tuple[str, ...]) -> bool:
     """True of an entry at a place that is there and marked as guessed."""
-    entry: Any = parsed(text)
+    entry = _item_at(parsed(text), place)
+    return entry is not None and entry.trivia.comment.startswith(f"# {GUESS_MARK}")
+
+
+def _item_at(document: tomlkit.TOMLDocument, place: tuple[str, ...]) -> tomlkit.items.Item | None:
+    """The entry at a place, with the comment behind it; None where none is."""
+    entry: Any = document
     for name in place:
         if name not in entry:
-            return False
+            return None
         entry = entry[name]
-    return isinstance(entry, tomlkit.items.Item) and entry.trivia.comment.startswith(f"# {GUESS_MARK}")
+    return entry if isinstance(entry, tomlkit.items.Item) else None
 
 
 def parsed(text: str) -> tomlkit.TOMLDocument:
