@@ -11,12 +11,13 @@ from scipy.integrate import solve_ivp
 
 from tests.support import simulated
 from wheelpend import Failure, Model
-from wheelpend.inspection.column_names import inputs_among, is_called_rate, kind_by_name, stated_unit
+from wheelpend.inspection.column_names import inputs_among, is_called_rate, kind_by_name
 from wheelpend.inspection.file_values import continuous
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.plant_fit import toml_value
 from wheelpend.inspection.proposal import Proposal, propose
 from wheelpend.inspection.survey import survey_file
+from wheelpend.logs.units import stated_unit
 
 pytestmark = pytest.mark.filterwarnings("error")
 DT_S = 0.005

@@ -64,7 +64,7 @@ def test_commands_of_a_slower_clock_are_held_until_the_next():
     held, (remark,) = held_commands("log", "v_in", values)
     np.testing.assert_array_equal(held[2:], np.repeat(values[2::5], 5)[:98])
     assert np.isnan(held[:2]).all()  # before the first command nothing is known
-    assert "a value in every 5th sample" in remark
+    assert "a value once in 5 samples" in remark
 
 
 def test_sparse_commands_of_which_some_repeat_are_refused_with_the_cure():

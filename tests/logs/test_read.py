@@ -6,9 +6,10 @@ import pytest
 
 from tests.support import CHANNELS
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
+from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log, save_log
+from wheelpend.logs.units import UNIT_CONVERSIONS
 
 HEADER = "t,v_in,theta_w,theta_p,dtheta_p"
 
@@ -198,7 +199,7 @@ def test_a_wrong_or_unfitting_unit_is_refused_with_the_known_ones(tmp_path):
     with pytest.raises(Failure, match="Did you mean 'deg'"):
         ColumnMap("pitch", "degree")
     unfitting = {"theta_p": ColumnMap("theta_p", "deg/s")}
-    assert "(rad, deg, rev), not 'deg/s'" in failure(write(tmp_path, rows()), columns=unfitting)
+    assert "(rad, mrad, deg, rev), not 'deg/s'" in failure(write(tmp_path, rows()), columns=unfitting)
 
 
 # ---- remarks
@@ -226,10 +227,11 @@ def test_a_pitch_in_degrees_a_fall_and_a_still_sensor_are_remarked_on(tmp_path):
 
 
 UNITS = {
-    "rad": 1.0, "deg": np.pi / 180, "rev": 2 * np.pi, "rad/s": 1.0, "deg/s": np.pi / 180, "rev/s": 2 * np.pi,
+    "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "rev": 2 * np.pi, "rad/s": 1.0, "deg/s": np.pi / 180, "rev/s": 2 * np.pi,
     "rpm": np.pi / 30, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3,
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
-    "V": 1.0, "mV": 1e-3, "A": 1.0, "mA": 1e-3, "N m": 1.0, "mN m": 1e-3, "N": 1.0, "kN": 1e3,
+    "V": 1.0, "mV": 1e-3, "A": 1.0, "mA": 1e-3, "N m": 1.0, "N cm": 1e-2,
+    "mN m": 1e-3, "N": 1.0, "mN": 1e-3, "kN": 1e3,
 }  # fmt: skip
 
 

@@ -161,7 +161,7 @@ def test_generated_code_follows_where_the_equations_change_and_is_left_alone_whe
     [
         ("columns.theta_p.sign=2", "columns.theta_p.sign: must be 1 or -1, not 2"),
         ("columns.theta_p.unit=degs", "Did you mean 'deg/s'?"),
-        ("columns.theta_p.unit=V", "must have a unit that turns into rad (rad, deg, rev), not 'V'"),
+        ("columns.theta_p.unit=V", "must have a unit that turns into rad (rad, mrad, deg, rev), not 'V'"),
         ("columns.thetap.sign=1", "Did you mean 'theta_p'?"),
         ("columns.theta_p.column=", "columns.theta_p.column is missing"),
         ("columns.theta_p=3", "Name one of them: columns.theta_p.column=VALUE"),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS, UNIT_CONVERSIONS
+from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS
+from wheelpend.logs.units import UNIT_CONVERSIONS, stated_unit, unit_base, without_unit, words_of
 
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
 RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm")
@@ -14,10 +15,12 @@ NO_READINGS = ("err", "error", "cmd", "sp", "set", "des", "pid", "out", "integra
 ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
-ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")
-CLOCK_NAMES = ("time", "timestamp", "stamp", "micros", "millis")
+ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt", "angul", "angol", "winkel")  # es, pt, it, de too
+CLOCK_NAMES = ("time", "stamp", "micros", "millis")  # beginnings of words
+SECOND_NAMES = ("sec", "secs", "seconds", "msec", "usec", "nsec", "nsecs")  # whole words: no section, no second_q
 CLOCK_WORDS = ("tempo", "tiempo", "temps", "zeit")  # the same in other languages, as a whole name: tempo_c is warm
 COUNT_NAMES = ("enc", "tick", "count", "pulse")
+INCREMENT_NAMES = ("delta", "incr")  # what was counted since the row before
 SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that command nothing
 LEFT_OF_RIGHT = {"right": "left", "r": "l"}
 WHEEL_NAMES = ("wheel", "motor", "enc", "tick", "count", "pulse", "pwm", "duty")
@@ -37,13 +40,11 @@ EFFORT_NAMES = (
     "spannung",
 )  # es, pt, de
 SHORT_INPUT_NAMES = ("v", "cmd", "ctrl", "motor", "effort")  # inputs where no column is called one outright
+VOLTAGE_NAMES = ("v", "vm", "v_m", "va", "v_a", "vin")  # of a motor, where no other column is called an input
 INPUT_WORDS = (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")
 INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V": ("v_in", "volt", "vir")}
 KIND_OF_UNIT = {"rad": "position", "m": "position", "rad/s": "rate", "m/s": "rate",
                 "V": "input", "A": "input", "N m": "input", "N": "input"}  # fmt: skip
-SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s"), "rad/s": ("rps", "rad_s", "rad_per_s"), "m/s": ("m_s", "m_per_s"),
-             "cm/s": ("cm_s", "cm_per_s"), "mm/s": ("mm_s", "mm_per_s"), "rev": ("turns", "rev"),
-             "deg": ("degrees", "deg"), "ms": ("millis",), "us": ("micros",)}  # fmt: skip
 
 
 def contains(name: str, words: Sequence[str]) -> bool:
@@ -52,36 +53,14 @@ def contains(name: str, words: Sequence[str]) -> bool:
     return any(NUMBER_OR_SIDE.sub("", low) == w or (len(w) > 2 and w in low) for w in words)
 
 
-def words_of(name: str) -> list[str]:
-    """The words of a name in small letters: motor, encoder and l of motor_encoder_L or MotorEncoderL."""
-    return [w.lower() for w in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
-
-
 def has_word(name: str, words: Sequence[str]) -> bool:
     """True of a name one of whose words begins with one of these: encoders, but not calibrated for a rate."""
     return any(w.startswith(tuple(words)) for w in words_of(name))
 
 
-def stated_unit(name: str) -> str:
-    """The unit that a column's name ends with, or is, in any of the field's spellings; nothing of one that states none.
-
-    A unit of a single letter counts in its own case only: x_a and x_n are no amperes and no newtons.
-    """
-    ending = "_" + name.replace("(", "_").replace("[", "_").rstrip(")] ")
-    found = {}
-    for unit in UNIT_CONVERSIONS:
-        for spelling in {unit, unit.replace(" ", ""), unit.replace(" ", "_"), *SPELLINGS.get(unit, ())}:
-            single = len(spelling) == 1  # a whole name of one letter is no unit
-            alike = ending[1:] if single else ending.lower()
-            if alike.endswith(f"_{spelling if single else spelling.lower()}"):
-                found[spelling] = unit
-    return found[max(found, key=len)] if found else ""
-
-
 def stated_base(name: str) -> str:
     """The unit of SI that the unit in a column's name becomes; nothing of a name without one."""
-    unit = stated_unit(name)
-    return UNIT_CONVERSIONS[unit][0] if unit else ""
+    return unit_base(stated_unit(name))
 
 
 def stated_factor(name: str) -> float:
@@ -112,10 +91,17 @@ def may_be_sensor(name: str) -> bool:
     return kind in ("position", "rate") or (not kind and not contains(name, SUPPLY_NAMES) and not is_called_time(name))
 
 
+def is_called_clock(name: str) -> bool:
+    """True of a column that is a time by its words and not another quantity by its unit: t, time_ms, TimeStamp."""
+    bare, words = without_unit(name).strip(" _"), words_of(name)
+    called = bare == "t" or bare.lower() in CLOCK_WORDS or has_word(name, CLOCK_NAMES)
+    called = called or any(w.endswith("time") or w in SECOND_NAMES for w in words)
+    return called and stated_base(name) in ("", "s")
+
+
 def is_called_time(name: str) -> bool:
     """True of a column that is a time by its words, or by a unit of more than one letter."""
-    called = has_word(name, CLOCK_NAMES) or without_unit(name).strip(" _").lower() in CLOCK_WORDS
-    return (called and "deg" not in stated_unit(name)) or stated_unit(name) in ("ms", "us", "ns")
+    return is_called_clock(name) or stated_unit(name) in ("ms", "us", "ns")
 
 
 def is_called_rate(name: str) -> bool:
@@ -159,9 +145,9 @@ def is_counting(name: str) -> bool:
     return not stated_unit(name) and has_word(name, COUNT_NAMES)
 
 
-def without_unit(name: str) -> str:
-    """A name without the unit that it ends with: u of u_mV."""
-    return re.sub(r"[_\[(][^_\[(]*$", "", name) if stated_unit(name) else name
+def is_increment(name: str) -> bool:
+    """True of a column that is called what was counted since the row before, and in no unit."""
+    return not stated_unit(name) and has_word(name, INCREMENT_NAMES)
 
 
 def inputs_among(names: Sequence[str]) -> list[str]:
@@ -180,7 +166,7 @@ def is_likely_input(name: str) -> bool:
     """
     if is_read_at_motor(name) or contains(name, SUPPLY_NAMES) or has_word(name, ERROR_NAMES):
         return False
-    return name.lower() == "v" or contains(name, ("cmd", "motor", "ctrl")) or has_word(name, EFFORT_NAMES)
+    return name.lower() in VOLTAGE_NAMES or contains(name, ("cmd", "motor", "ctrl")) or has_word(name, EFFORT_NAMES)
 
 
 def is_command(name: str) -> bool:
@@ -196,7 +182,7 @@ def is_read_at_motor(name: str) -> bool:
 def input_unit(names: Sequence[str]) -> str:
     """Unit of inputs by their names: the one stated, the one their words suggest, or V where nothing tells."""
     for name in names:
-        if base := stated_base(name):
+        if (base := stated_base(name)) in INPUT_UNITS:
             return base
     for unit, words in INPUT_UNITS.items():
         if any(contains(n, words) for n in names):

@@ -16,12 +16,11 @@ from wheelpend.inspection.column_names import (
     is_command,
     stated_base,
     stated_factor,
-    stated_unit,
-    words_of,
 )
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
+from wheelpend.logs.units import stated_unit, words_of
 
 MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
 MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates

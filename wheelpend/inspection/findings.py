@@ -7,8 +7,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable, guess_input_unit, unit_ending
+from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable, guess_input_unit
 from wheelpend.logs.finding import Finding
+from wheelpend.logs.units import unit_ending
 
 __all__ = ["Finding", "LogCorrections", "with_consistent_signs", "with_settings"]
 

@@ -21,13 +21,13 @@ from wheelpend.inspection.column_names import (
     is_counting,
     stated_base,
     stated_factor,
-    stated_unit,
 )
 from wheelpend.inspection.kinematics import sum_misfit
 from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import MAX_SUM_MISFIT_SHARE, SUMMED_PLACE, Survey
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, ColumnTable
+from wheelpend.logs.columns import ColumnMap, ColumnTable
+from wheelpend.logs.units import UNIT_CONVERSIONS, stated_unit, unknown_unit
 
 USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
 MAX_STEADY_SAG = 0.01  # of a supply's volts, by which they vary and one number still does
@@ -64,6 +64,9 @@ def guess_units(
         if stated_unit(column) or (values is None and name not in table.inputs):
             continue
         own = unit if name in table.inputs else table.units[name]
+        if unknown := unknown_unit(column):
+            found[name] = Guess(ColumnMap(column), f"{unknown} is no known unit: put scale = {own} per {unknown}")
+            continue
         if name in table.inputs:
             guess = guess_supply(survey, column) if own == "V" else None
         elif values is not None and name in untold:
@@ -101,7 +104,7 @@ def guess_clock(survey: Survey) -> Guess | None:
             replace(clock, unit=""),
             f"no column is the time, so that rows are counted, taken for {scale:g} s each: {PUT_SECONDS}",
         )
-    called = clock.column == "t" or is_called_time(clock.column) or stated_unit(clock.column)
+    called = is_called_time(clock.column) or stated_unit(clock.column)
     if called or survey.times == "said" or not np.allclose(np.diff(survey.values["t"]), scale):
         return None
     return Guess(ColumnMap(clock.column, scale=scale), f"it counts rows, taken for {scale:g} s each: {PUT_SECONDS}")

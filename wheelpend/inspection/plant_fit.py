@@ -12,11 +12,12 @@ import numpy as np
 
 from derive import plants
 from derive.plant_signature import PlantSignature
-from wheelpend.inspection.column_names import stated_base, suggested_input_base, unit_within, without_unit
+from wheelpend.inspection.column_names import stated_base, suggested_input_base, unit_within
 from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import Survey
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnTable, guess_columns
+from wheelpend.logs.units import without_unit
 
 IGNORED_SENSOR_COST = 0.3  # in preference, of a rate's sensor that a plant has no place for: more than of a name
 OPTIONAL_SENSOR_COST = 0.15  # of one that such a machine seldom has

@@ -19,9 +19,9 @@ from wheelpend.inspection.column_names import (
     contains,
     input_unit,
     is_acceleration,
+    is_called_time,
     is_no_place,
     may_be_input,
-    stated_unit,
     unit_within,
 )
 from wheelpend.inspection.gravity import ChainZero, chain_zero, gravity_zero, hangs_at_zero, zero_offset
@@ -29,10 +29,12 @@ from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
-from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey, is_called_clock
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, speed_unit
+from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey
+from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.faults import held_samples
+from wheelpend.logs.read import stated_clock_unit
+from wheelpend.logs.units import UNIT_CONVERSIONS, speed_unit, stated_unit
 from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
 SUMMED_REASON = "a speed, which is summed over time, as no column is a place"
@@ -153,11 +155,17 @@ def nameless_reasons(best: Candidate) -> dict[str, str]:
 
 
 def clock_reason(survey: Survey) -> str:
-    """Why a column is read as the time that nothing calls so; nothing of one that is, or of the first without names."""
+    """Why a column is read as the time that nothing calls so, or in the unit that nothing states; else nothing.
+
+    Nothing of the first column of a file without names.
+    """
     name = survey.clock.column
-    if survey.times != "read" or is_called_clock(name) or name == f"{NAMELESS_PREFIX}1":
+    if survey.times != "read" or name == f"{NAMELESS_PREFIX}1":
         return ""
-    called = next((c.name for c in survey.columns if is_called_clock(c.name)), "")
+    if is_called_time(name):
+        guessed = survey.clock.unit != "s" and not stated_clock_unit(name)
+        return f"no unit is said; {survey.clock.unit}, by how far its rows are apart" if guessed else ""
+    called = next((c.name for c in survey.columns if is_called_time(c.name)), "")
     if called:
         return f"{called} does not grow from row to row, and this one does"
     return "no column is called a time, and this one grows from row to row"

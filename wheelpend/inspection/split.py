@@ -15,9 +15,10 @@ from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.inspection.file_values import numeric_columns
 from wheelpend.logs.bags import is_bag
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
+from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.read import find_time_column, numbered, open_file
 from wheelpend.logs.tables import MIN_LOG_SAMPLES
+from wheelpend.logs.units import UNIT_CONVERSIONS
 
 ROUNDED_SHARE = 1e-3  # of a sample interval, within which a sample is where a stretch begins or ends
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,9 +22,11 @@ from wheelpend.inspection.column_names import (
     inputs_among,
     is_acceleration,
     is_called_angle,
+    is_called_clock,
     is_called_rate,
     is_called_time,
     is_command,
+    is_increment,
     is_likely_input,
     is_no_place,
     kind_by_name,
@@ -31,7 +34,6 @@ from wheelpend.inspection.column_names import (
     may_be_sensor,
     stated_base,
     stated_factor,
-    words_of,
 )
 from wheelpend.inspection.counters import coordinates_among, copies_among, counter_sentence, replaced_clock
 from wheelpend.inspection.file_values import (
@@ -46,24 +48,28 @@ from wheelpend.inspection.raw_units import MIN_LEVEL_SHARE, full_scale, level_sh
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, all_signals, is_whole, uniform_signals
 from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import INTERVAL_CURE, check_time, repeated_cure, starts_at_rest
-from wheelpend.logs.columns import ROW_NUMBER, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap, speed_unit
+from wheelpend.logs.columns import ROW_NUMBER, ColumnMap
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.log import gapless_ranges
-from wheelpend.logs.noise import find_quantum
+from wheelpend.logs.noise import find_quantum, rounding_sigma
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
 from wheelpend.logs.read import clock_rank, find_time_column, open_file
 from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import Table, check_length, scalars_of
+from wheelpend.logs.units import UNIT_CONVERSIONS, speed_unit, words_of
 from wheelpend.logs.unwrap import whole_turn
 from wheelpend.logs.white_noise import difference_noise
 from wheelpend.numerics import gaussian_smoothed
 
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
+MAX_ALIKE_RATIO, MAX_ALIKE_MISFIT = 2.0, 0.01  # of misfits, up to which names tell which place a rate is of
 MAX_SUM_MISFIT_SHARE = 0.02  # of a place's variance about a line, that the sum of its rate leaves
 COMPUTED_SHARE = 0.9  # of a rate's scatter that a filter of its angle gives, from which on it was computed
 ROUNDING_SHARE = 0.4  # the same where the angle scatters by little more than its rounding: no motion is shared then
 MAX_ROUNDING_GROWTH = 3.0  # of the scatter of an angle's slope over what rounding makes of it, for that
+MAX_SHARED_NOISE = 0.05  # of a rate's white noise, that a filter of its angle gives where the noise is the sensor's
+MIN_OWN_ROUNDINGS = 2.0  # of the error of rounding, from which on such noise is no rounding
 MIN_ENCODER_COUNTS = 100  # of a turn
 USUAL_INTERVAL_S = 1e-3  # from row to row, of a file that says nothing of its times
 COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
@@ -176,7 +182,7 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
                       "one row per sample.")  # fmt: skip
     check_length(path.name, len(next(iter(values.values()))))
     stamps = None if interval else own_clock(path, file, values)
-    values = {n: v for n, v in values.items() if not interval or not is_called_clock(n)} or values
+    values = {n: v for n, v in values.items() if not interval or not is_called_time(n)} or values
     clock = stamps or ColumnMap(ROW_NUMBER, "s", scale=interval or USUAL_INTERVAL_S)
     raw = values.pop(clock.column, None)
     raw = np.arange(1.0, len(next(iter(values.values()))) + 1.0) if raw is None else raw
@@ -191,31 +197,38 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
 def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict[str, np.ndarray]) -> Survey:
     """A survey of a file without a place, with one that a speed comes to, of two wheels the left; others as read.
 
-    A speed is called so, or is the one column called nothing that follows a command's level, as a motor's speed does.
+    A speed is called so, or is the one column called nothing, or an increment, that follows a command's level, as a
+    motor's speed does: a place that is called an increment is none.
     """
     speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
     speed = speed or following_speed(as_read, values)
-    if as_read.of_role("position") or not speed or SUMMED_PLACE in values:
+    if any(n != speed for n in as_read.of_role("position")) or not speed or SUMMED_PLACE in values:
         return as_read
-    named = {words for n in values if (words := tuple(words_of(n)))}
-    others = {n: v for n, v in values.items() if n != speed and left_name(n) not in named}
+    others = {n: v for n, v in values.items() if n != speed and not is_of_right_wheel(n, values)}
     way = summed_over_time(values[speed] * stated_factor(speed), clock_seconds(raw, as_read.clock))
     summed = surveyed(path, as_read.clock, raw, {**others, SUMMED_PLACE: way}, as_read.times)
     return summed._replace(speed=speed) if summed.of_role("position") == [SUMMED_PLACE] else as_read
 
 
 def following_speed(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
-    """The one column whose name says nothing that settles at levels which a command sets; or nothing.
+    """The one column whose name says nothing, or an increment, that settles at levels which a command sets; or nothing.
 
     Nothing where several do. What is called a place, a current or a temperature may follow its command as well.
     """
-    commands = as_read.of_role("input")
+    commands = [n for n in as_read.of_role("input") if not is_of_right_wheel(n, values)]
     if len(commands) != 1:
         return ""
     free = [c.name for c in as_read.columns if c.role == "further" and says_nothing(c.name)]
-    known = {n: np.isfinite(values[n]) & np.isfinite(values[commands[0]]) for n in free}
-    found = [n for n in free if level_share(values[commands[0]][known[n]], values[n][known[n]]) > MIN_LEVEL_SHARE]
+    free += [c.name for c in as_read.columns if c.role in ("further", "position") and is_increment(c.name)]
+    able = [n for n in free if not is_of_right_wheel(n, values)]
+    known = {n: np.isfinite(values[n]) & np.isfinite(values[commands[0]]) for n in able}
+    found = [n for n in able if level_share(values[commands[0]][known[n]], values[n][known[n]]) > MIN_LEVEL_SHARE]
     return found[0] if len(found) == 1 else ""
+
+
+def is_of_right_wheel(name: str, names: Collection[str]) -> bool:
+    """True of a column of a right wheel where one of the left wheel's has the same words."""
+    return left_name(name) in {words for n in names if (words := tuple(words_of(n)))}
 
 
 def says_nothing(name: str) -> bool:
@@ -265,18 +278,13 @@ def surveyed(path: Path, clock: ColumnMap, raw: np.ndarray, values: dict[str, np
     return Survey(path.name, tuple(columns), clock, signals, signals_of, scalars_of(path), stretches, times, turns)
 
 
-def is_called_clock(name: str) -> bool:
-    """True of a column that is called after the time."""
-    return name == "t" or contains(name, TIME_ALIASES) or is_called_time(name)
-
-
 def own_clock(path: Path, file: Table, values: Mapping[str, np.ndarray]) -> ColumnMap | None:
     """The column (N,) that is the time; None where none looks like one.
 
     Raises Failure where one is called so but does not grow from row to row, and where one grows only now and then, as
     stamps of arrival do, or falls evenly.
     """
-    called = [n for n, v in values.items() if n == "t" or (contains(n, TIME_ALIASES) and np.ptp(v) != 0.0)]
+    called = [n for n, v in values.items() if n == "t" or (is_called_clock(n) and np.ptp(v) != 0.0)]
     likely = min(called, key=lambda n: (n != "t", unevenness(values[n])), default="")
     clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
     if clock is None and likely:
@@ -396,27 +404,42 @@ def possible_rates(names: list[str]) -> list[tuple[str, str]]:
 
 def rates_by_sum(names: list[str], values: dict[str, np.ndarray], t: np.ndarray) -> dict[str, tuple[str, str]]:
     """Columns that give others when they are summed over the time, with these: of a log too short for derivatives."""
-    found: dict[str, tuple[str, str]] = {}
     sizes: dict[bool, tuple[float, ...]] = {False: ANGLE_SCALES, True: ()}  # what is called a rate may have any
-    misfit = {(a, b): sum_misfit(values[a], values[b], t, sizes[is_called_rate(b)]) for a, b in possible_rates(names)}
-    for a, b in sorted(misfit, key=lambda p: misfit[p]):
-        if misfit[a, b] < MAX_SUM_MISFIT_SHARE and a not in found and b not in found:
-            found[b] = ("rate", a)
-    return found
+    pairs = possible_rates(names)
+    misfit = {(a, b): sum_misfit(values[a], values[b], t, sizes[is_called_rate(b)]) for a, b in pairs}
+    return with_their_places(misfit, {b: MAX_SUM_MISFIT_SHARE for _, b in pairs})
 
 
 def rates_among(names: list[str], signals: Signals) -> dict[str, tuple[str, str]]:
     """Columns that are derivatives of others, with these."""
     pairs = possible_rates(names)
     misfit = {(a, b): rate_misfit(signals, RatePair(a, b), own=False) for a, b in pairs}
-    misfit |= {(a, b): rate_misfit(signals, RatePair(a, b), lenient=True) for a, b in misfit
-               if is_called_rate(b) and not is_called_rate(a) and misfit[a, b] == 1.0}  # fmt: skip
+    limits = {b: MIN_NAMED_RATE_SHARE if is_called_rate(b) else MAX_SWAPPED_MISFIT_SHARE for _, b in pairs}
+    misfit |= {(a, b): min(misfit[a, b], rate_misfit(signals, RatePair(a, b), lenient=True)) for a, b in misfit
+               if is_called_rate(b) and not is_called_rate(a) and misfit[a, b] >= limits[b]}  # fmt: skip
+    return with_their_places(misfit, limits)
+
+
+def with_their_places(
+    misfit: Mapping[tuple[str, str], float], limits: Mapping[str, float]
+) -> dict[str, tuple[str, str]]:
+    """Rates with the place of each, by the misfit of every place and rate: the least ones below the rate's limit.
+
+    Of places that fit about as well it is the one whose name has most in common: two joints may move alike.
+    """
     found: dict[str, tuple[str, str]] = {}
     for a, b in sorted(misfit, key=lambda p: misfit[p]):
-        limit = MIN_NAMED_RATE_SHARE if is_called_rate(b) else MAX_SWAPPED_MISFIT_SHARE
-        if misfit[a, b] < limit and a not in found and b not in found:
-            found[b] = ("rate", a)
+        if misfit[a, b] < limits[b] and a not in found and b not in found:
+            most = min(limits[b], MAX_ALIKE_RATIO * misfit[a, b] + MAX_ALIKE_MISFIT)
+            near = [n for n, rate in misfit if rate == b and n not in found and misfit[n, b] <= most]
+            found[b] = ("rate", max(near, key=lambda n: (common_words(n, b), -misfit[n, b])))
     return found
+
+
+def common_words(one: str, other: str) -> int:
+    """How many words and numbers two names have in common."""
+    words, others = (set(re.findall(r"[a-z]+|[0-9]+", n.lower())) for n in (one, other))
+    return len(words & others)
 
 
 def references_among(names: list[str], values: dict[str, np.ndarray]) -> dict[str, tuple[str, str]]:
@@ -501,7 +524,7 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     """What is known of where a rate comes from: how much of its scatter is that of its angle, and whose it is.
 
     Fast motion is in both, so that a part of the scatter proves nothing: what was computed has nearly all of it, or
-    the angle's rounding in it.
+    the angle's rounding in it, and no white noise of its own.
     """
     good = np.flatnonzero(np.isfinite(angle) & np.isfinite(rate))[:MAX_REMARK_SAMPLES]
     taps = min(MAX_FILTER_SAMPLES, good.size // MIN_SAMPLES_PER_TAP)
@@ -513,12 +536,14 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     target = own[taps:-taps]
     rest = target - lagged @ np.linalg.lstsq(lagged, target, rcond=None)[0]
     shared = 1 - float(rest @ rest) / (float(target @ target) or 1.0)
+    gives = f"A filter of the angle gives {100 * shared:.0f} % of its scatter from sample to sample"
+    if has_own_noise(slope, rate[good], taps):
+        return f"{gives}, motion included, and nothing of its white noise: a sensor of its own."
     quantum = find_quantum(angle) or float(is_whole(angle))
     rounding = quantum / math.sqrt(6) / float(np.median(np.diff(t[good])))  # of the slope between two readings
     smooth = taps == MAX_FILTER_SAMPLES and float(np.std(errors)) < MAX_ROUNDING_GROWTH * rounding  # in a long log
     by_rounding = shared > ROUNDING_SHARE and smooth
     raw_angle = bool(quantum) or not is_filtered(angle)
-    gives = f"A filter of the angle gives {100 * shared:.0f} % of its scatter from sample to sample"
     if by_rounding or (shared > COMPUTED_SHARE and raw_angle):
         return f"{gives}: computed from it, {COMPUTED}"
     if shared > COMPUTED_SHARE:
@@ -527,6 +552,25 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     if is_filtered(rate) and raw_angle:
         return f"It is too smooth for a raw sensor, while its angle is not: filtered or computed, {COMPUTED}"
     return f"{gives} and not the rest: a sensor of its own."
+
+
+def has_own_noise(slope: np.ndarray, rate: np.ndarray, taps: int) -> bool:
+    """True of a rate (N,) whose white noise no filter of an angle's slope (N - 1,) with so many taps gives.
+
+    High differences are free of motion. Rounding is no noise of a sensor.
+    """
+    errors, own = white_differences(slope), white_differences(rate[1:])
+    lagged, target = np.lib.stride_tricks.sliding_window_view(errors, 2 * taps + 1), own[taps:-taps]
+    rest = target - lagged @ np.linalg.lstsq(lagged, target, rcond=None)[0]
+    by_chance = len(target) / max(len(target) - 2 * taps - 1, 1)
+    shared = 1.0 - by_chance * float(rest @ rest) / (float(target @ target) or 1.0)
+    raw = float(np.std(target)) > MIN_OWN_ROUNDINGS * rounding_sigma(find_quantum(rate)) and not is_filtered(rate)
+    return raw and shared < MAX_SHARED_NOISE
+
+
+def white_differences(values: np.ndarray) -> np.ndarray:
+    """Differences of fourth order (N - 4,) of a signal (N,), of the size of its white noise."""
+    return np.diff(values, 4) / math.sqrt(math.comb(8, 4))
 
 
 def is_filtered(values: np.ndarray) -> bool:

@@ -15,10 +15,10 @@ from wheelpend.inspection.column_names import (
     contains,
     has_word,
     stated_base,
-    stated_unit,
 )
 from wheelpend.inspection.raw_units import MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
+from wheelpend.logs.units import stated_unit
 from wheelpend.logs.white_noise import difference_noise
 
 SENSED_NAMES = (*SENSOR_NAMES, *RATE_NAMES, *COUNT_NAMES, *REFERENCE_NAMES, "acc", "gyr", "imu", "mag", "adc", "dist")

@@ -9,9 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import ROW_NUMBER, UNIT_CONVERSIONS, ColumnSource, ColumnTable
+from wheelpend.logs.columns import ROW_NUMBER, ColumnSource, ColumnTable
 from wheelpend.logs.commands import unknown_input_text
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log
+from wheelpend.logs.units import UNIT_CONVERSIONS
 from wheelpend.logs.white_noise import difference_noise
 
 MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squares of it are far from overflowing

@@ -13,35 +13,8 @@ from derive.plant_signature import INPUT_WORDS, WORDS_FOR_ANY, PlantSignature, P
 from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
+from wheelpend.logs.units import UNIT_CONVERSIONS, speed_unit, unit_base, unit_ending, without_unit
 
-UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
-    "rad": ("rad", 1.0),
-    "deg": ("rad", math.pi / 180),
-    "rev": ("rad", 2 * math.pi),
-    "rad/s": ("rad/s", 1.0),
-    "deg/s": ("rad/s", math.pi / 180),
-    "rev/s": ("rad/s", 2 * math.pi),
-    "rpm": ("rad/s", 2 * math.pi / 60),
-    "m": ("m", 1.0),
-    "cm": ("m", 1e-2),
-    "mm": ("m", 1e-3),
-    "um": ("m", 1e-6),
-    "m/s": ("m/s", 1.0),
-    "cm/s": ("m/s", 1e-2),
-    "mm/s": ("m/s", 1e-3),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "us": ("s", 1e-6),
-    "ns": ("s", 1e-9),
-    "V": ("V", 1.0),
-    "mV": ("V", 1e-3),
-    "A": ("A", 1.0),
-    "mA": ("A", 1e-3),
-    "N m": ("N m", 1.0),
-    "mN m": ("N m", 1e-3),
-    "N": ("N", 1.0),
-    "kN": ("N", 1e3),
-}
 TIME_ALIASES = ("time", "timestamp", "stamp", "sec")  # other names of columns; only used to propose a mapping
 ROW_NUMBER = "row number"  # stands for a column that counts the rows, in a log without a clock
 INPUT_ALIASES = (
@@ -226,16 +199,6 @@ def with_file_unit(
     return replace(mapped or ColumnMap(column), column=column, unit=unit), [note]
 
 
-def unit_base(unit: str) -> str:
-    """The unit of ours that one turns into; nothing of one that we do not know."""
-    return UNIT_CONVERSIONS.get(unit, ("", 1.0))[0]
-
-
-def speed_unit(place: str) -> str:
-    """The unit of the speed of a place in rad or m."""
-    return f"{place}/s"
-
-
 def unit_conversion(name: str, unit: str, table: ColumnTable) -> tuple[float, bool]:
     """Factor from a unit to a quantity's own, and whether it is the speed of a place, which is summed over time.
 
@@ -291,9 +254,7 @@ def guess_column(name: str, free: Sequence[str], table: ColumnTable) -> str:
     """The unused column that is most likely meant, or nothing."""
     for alias in table.aliases(name):
         for column in free:
-            if alias in (column.lower(), without_unit(table.units[name], column)) or (
-                len(alias) > 2 and alias in column.lower()
-            ):
+            if alias in (column.lower(), without_unit(column).lower()) or (len(alias) > 2 and alias in column.lower()):
                 return column
     return next(iter(difflib.get_close_matches(name, free, 1)), "")
 
@@ -323,22 +284,3 @@ def guess_input_unit(column: str) -> str:
     stated = (base for base in INPUT_WORDS if unit_ending(base, column))
     suggested = (unit for name, unit in INPUT_NAME_UNITS.items() if name in column.lower())
     return next(chain(stated, suggested), "")
-
-
-def unit_ending(own: str, column: str) -> str:
-    """The unit that a column's name ends with, of those that turn into a quantity's own; nothing without one."""
-    ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s").replace("[", "_").rstrip("])")
-    fitting = [u for u, (base, _) in UNIT_CONVERSIONS.items() if base == own and ending.endswith(name_endings(u))]
-    return max(fitting, key=len, default="")
-
-
-def without_unit(own: str, column: str) -> str:
-    """A column's name in small letters without the unit that it ends with, of those that turn into a quantity's own."""
-    unit = unit_ending(own, column)
-    return next((low[: -len(e)] for e in name_endings(unit) if (low := column.lower()).endswith(e)), "") if unit else ""
-
-
-def name_endings(unit: str) -> tuple[str, ...]:
-    """Ways in which the name of a column ends with a unit, in small letters."""
-    spellings = {unit.lower(), unit.lower().replace(" ", "")}
-    return tuple(f"{before}{s}" for s in sorted(spellings) for before in "_(")

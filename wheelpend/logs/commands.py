@@ -28,7 +28,7 @@ def held_commands(log: str, name: str, values: np.ndarray) -> tuple[np.ndarray, 
         return values, []
     steps, changes = np.diff(known), np.diff(values[known])
     if np.ptp(steps) <= 1:
-        why = f"has a value in every {round(float(np.median(steps)))}th sample"
+        why = f"has a value once in {round(float(np.median(steps)))} samples"
     elif (changes != 0.0).all():
         why = f"has {len(known)} values in {len(values)} samples, none like the one before, so it is logged on a change"
     else:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from wheelpend.errors import Failure
+from wheelpend.logs.units import BRACKETED, is_unit, plain_unit
 
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
 MISSING_CELLS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
@@ -24,17 +25,6 @@ LABELLED_NAMES = re.compile(  # "Columns: t x y", in the languages of most logs
     re.IGNORECASE,
 )
 CLOCK_HEADERS = ("t", "time", "tiempo", "tempo", "temps", "zeit", "timestamp", "ms", "t_ms", "time_ms", "millis")
-BRACKETED_PATTERN = re.compile(r"\[.*\]|\(.*\)")
-UNIT_SPELLINGS = {"°": "deg", "°/s": "deg/s", "dps": "deg/s", "Nm": "N m", "N·m": "N m", "µs": "us", "µm": "um"}
-WRITTEN_OUT = {  # words of a unit, in plural too
-    "second": "s", "sec": "s", "millisecond": "ms", "msec": "ms", "microsecond": "us", "usec": "us", "radian": "rad",
-    "degree": "deg", "revolution": "rev", "meter": "m", "metre": "m", "centimeter": "cm", "centimetre": "cm",
-    "millimeter": "mm", "millimetre": "mm", "volt": "V", "millivolt": "mV", "amp": "A", "ampere": "A",
-    "milliamp": "mA", "newton": "N",
-}  # fmt: skip
-UNIT_WORDS = re.compile(
-    r"(rad|deg|°|rev|rpm|dps|[mµun]?s|[cmµuk]?m|m?V|m?A|[mk]?N( ?·?m)?|-|1|%|count|counts|raw)(/s²?|/s\^2)?"
-)
 
 
 class CsvLayout(NamedTuple):
@@ -222,7 +212,7 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
 def are_names(cells: Sequence[str]) -> bool:
     """True of names, each once and none a number, of which one is a clock's: no word of a sentence is."""
     has_clock = any(re.split(r"[ (\[]", c.lower())[0] in CLOCK_HEADERS for c in cells)
-    units = [c for c in cells if BRACKETED_PATTERN.fullmatch(c)]
+    units = [c for c in cells if BRACKETED.fullmatch(c)]
     return has_clock and not units and is_title(Line(0, list(cells)), 2) and len(set(cells)) == len(cells)
 
 
@@ -253,26 +243,6 @@ def is_row_of_units(cells: Sequence[str]) -> bool:
     """True of cells of which at least half are units, those apart that are empty."""
     named = [c for c in cells if c]
     return 2 * sum(map(is_unit, named)) >= len(named)
-
-
-def is_unit(cell: str) -> bool:
-    """True of what may stand in a row of units: a unit, something in brackets, nothing."""
-    return not cell or bool(BRACKETED_PATTERN.fullmatch(cell) or UNIT_WORDS.fullmatch(as_symbols(cell)))
-
-
-def as_symbols(unit: str) -> str:
-    """A unit with symbols in place of words: deg/s for degrees/second."""
-    parts = re.split(r"( per |/|²|\^2)", unit)
-    symbols = (WRITTEN_OUT.get(word.strip().lower().removesuffix("s"), word) for word in parts)
-    return "".join(symbols).replace(" per ", "/")
-
-
-def plain_unit(cell: str) -> str:
-    """A unit without brackets, in our spelling; nothing for a plain number, or what is no unit."""
-    if not is_unit(cell):
-        return ""
-    unit = as_symbols((cell[1:-1] if BRACKETED_PATTERN.fullmatch(cell) else cell).strip())
-    return UNIT_SPELLINGS.get(unit, "" if unit in ("-", "1") else unit)
 
 
 def table_lines(path: Path, layout: CsvLayout) -> Iterator[str]:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, ColumnTable, guess_columns, guess_unit
+from wheelpend.logs.columns import ColumnMap, ColumnTable, guess_columns, guess_unit
 from wheelpend.logs.read import find_time_column, numbered, open_file
 from wheelpend.logs.tables import Table
+from wheelpend.logs.units import UNIT_CONVERSIONS
 
 
 def guess_column_maps(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable) -> dict[str, ColumnMap]:

@@ -26,23 +26,15 @@ from wheelpend.logs.checks import (
     log_warnings,
     unit_of_interval,
 )
-from wheelpend.logs.columns import (
-    DEFAULT_TABLE,
-    ROW_NUMBER,
-    UNIT_CONVERSIONS,
-    ColumnMap,
-    ColumnSource,
-    ColumnTable,
-    find_sources,
-    unit_ending,
-)
+from wheelpend.logs.columns import DEFAULT_TABLE, ROW_NUMBER, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.commands import held_commands
-from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
+from wheelpend.logs.log import Log, stack_inputs
 from wheelpend.logs.noise import noise_of_values
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
+from wheelpend.logs.units import UNIT_CONVERSIONS, unit_ending
 from wheelpend.logs.unwrap import make_continuous
 from wheelpend.numerics import last_true
 
@@ -284,8 +276,11 @@ def step_spread(steps: np.ndarray) -> float:
 
 
 def clock_map(name: str, steps: np.ndarray) -> ColumnMap:
-    """A column of times with the unit of its name, if that gives a usual sample interval, or of the interval."""
-    interval = float(np.median(steps))
-    stated = CLOCK_UNITS.get(name.lower()) or unit_ending("s", name)
-    usual = stated and MIN_SAMPLE_INTERVAL_S <= interval * UNIT_CONVERSIONS[stated][1] <= MAX_SAMPLE_INTERVAL_S
-    return ColumnMap(name, stated if usual else unit_of_interval(interval) or "ns")
+    """A column of times with the unit of its name, or else of the interval between its samples."""
+    unit = stated_clock_unit(name) or unit_of_interval(float(np.median(steps))) or "ns"
+    return ColumnMap(name, unit)
+
+
+def stated_clock_unit(name: str) -> str:
+    """The unit of a column of times by its name; nothing where that says none."""
+    return CLOCK_UNITS.get(name.lower()) or unit_ending("s", name)

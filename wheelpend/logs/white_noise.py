@@ -52,6 +52,7 @@ def difference_estimates(signal: np.ndarray, t: np.ndarray | None = None) -> lis
     those of equal steps, since the times may be what is wrong.
     """
     found = []
+    signal, t = _readings(signal, t)
     for times in (None,) if t is None or _is_regular(t) else (None, t):
         for order in DIFFERENCE_ORDERS:
             squares = _differences(signal, times, order) ** 2
@@ -61,6 +62,14 @@ def difference_estimates(signal: np.ndarray, t: np.ndarray | None = None) -> lis
             inflation = _correlation_of_squares(order)
             found.append((mean_without_bursts(squares, inflation) ** 0.5, (inflation / (2.0 * squares.size)) ** 0.5))
     return found
+
+
+def _readings(signal: np.ndarray, t: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
+    """Values (N,) and times (N,) of a signal; of one that is read in every second row or less often, of these rows."""
+    read = np.flatnonzero(np.isfinite(signal))
+    if read.size < 2 or np.median(np.diff(read)) < 2:
+        return signal, t
+    return signal[read], None if t is None else t[read]
 
 
 def _is_regular(t: np.ndarray) -> bool:

@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from wheelpend.errors import Failure, did_you_mean
-from wheelpend.logs.columns import UNIT_CONVERSIONS, unit_conversion
+from wheelpend.logs.columns import unit_conversion
+from wheelpend.logs.units import UNIT_CONVERSIONS
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import parse_toml
 

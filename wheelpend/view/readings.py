@@ -17,9 +17,10 @@ import numpy as np
 from derive import plants
 from wheelpend import interruption
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap, is_summed
+from wheelpend.logs.columns import ColumnMap, is_summed
 from wheelpend.logs.guess import guess_column_maps
 from wheelpend.logs.read import find_time_column, open_file, signals_of_file
+from wheelpend.logs.units import UNIT_CONVERSIONS
 from wheelpend.model.record import Model
 from wheelpend.reports.console import emit_json, exit_on_failure, progress
 from wheelpend.view.asked import asked_of_files, opened_model
