@@ -123,6 +123,12 @@ def test_times_of_day_go_on_past_midnight_and_other_text_is_none():
     assert found[[0, 2, 3]] == pytest.approx([86399.5, 86400.25, 86401.0]) and np.isnan(found[1])
     days = seconds_of_stamps(pl.Series("t", ["2025-03-27 23:59:59", "2025-03-28 00:00:01", "2025-13-41 00:00:02"]))
     assert days[1] - days[0] == 2.0 and np.isnan(days[2])
+    for written in ("29.11.2026 12:00:00.25", "11/29/2026 12:00:00.25 PM", "2026/11/29 12:00:00,25", "1:02:03 am"):
+        assert seconds_of_stamps(pl.Series("t", [written]))[0] % 86400.0 in (43200.25, 3723.0)
+    zones = seconds_of_stamps(pl.Series("t", ["2026-11-29T12:00:00.000+01", "2026-11-29T12:00:00.010+01"]))
+    assert zones[1] - zones[0] == pytest.approx(0.01, abs=1e-6)
+    midnight = seconds_of_stamps(pl.Series("t", ["29.11.2026 23:59:59", "30.11.2026 00:00:01"]))
+    assert midnight[1] - midnight[0] == 2.0
     for other in (["12:30"], ["1.5", "12:30:00"], ["noon"], [None]):
         assert seconds_of_stamps(pl.Series("t", other, dtype=pl.String)) is None
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tests.raw_logs import driven_axis, fast_motor, swing, two_wheels, way_of, write_csv
 from tests.support import ROOT, run
@@ -319,3 +320,124 @@ def test_an_angle_in_degrees_beside_the_same_in_rad_is_a_copy_and_so_is_the_moto
     write_csv(tmp_path / "log.csv", columns)
     roles = {c.name: c.role for c in survey_file(tmp_path / "log.csv").columns}
     assert sorted(roles.values()) == ["copy", "copy", "position", "time"]
+
+
+def counted_per_row() -> dict[str, np.ndarray]:
+    """Counts (N,) of both wheels' encoders since the row before, under a staircase of duties."""
+    duty = np.repeat(np.r_[0.0, 100.0, 140.0, 0.0, -120.0, 0.0], 100)
+    noise = np.random.default_rng(3)
+    speed = lfilter([0.3], [1.0, -0.7], duty * 0.14)
+    return {
+        "command": duty,
+        **{f"delta_{s}": np.round(speed + noise.normal(size=600, scale=0.4)) for s in ("left", "right")},
+    }
+
+
+def test_counts_since_the_row_before_are_a_speed(tmp_path):
+    look = first_look(write_csv(tmp_path / "log.csv", counted_per_row()), interval=0.01)
+    assert 'x = { column = "delta_left", unit = "m/s" }  # guessed: a speed' in look.model
+    places = {n: np.cumsum(v) if n.startswith("delta") else v for n, v in counted_per_row().items()}
+    found = survey_file(write_csv(tmp_path / "place.csv", places), interval=0.01)
+    assert found.of_role("position") == ["delta_left"] and not found.speed  # called so, but it follows no level
+
+
+def swinging_phone(**other: np.ndarray) -> dict[str, np.ndarray]:
+    """What the gyro of a phone reads that swings about its y."""
+    t, _, angle = swing(3000, 0.9)
+    rng = np.random.default_rng(9)
+    axes = {n: rng.normal(size=t.size, scale=0.01) for n in "xz"} | {"y": np.gradient(angle, t)}
+    gyro = {f"Gyroscope {n} (rad/s)": axes[n] + rng.normal(size=t.size, scale=0.01) for n in "xyz"}
+    size = np.sqrt(sum(v**2 for v in gyro.values()))
+    return {"Time (s)": t, **gyro, "Absolute (rad/s)": size, **other}
+
+
+def test_a_phone_that_swings_is_a_pendulum_by_the_axis_of_its_gyro_that_turns(tmp_path):
+    look = first_look(write_csv(tmp_path / "log.csv", swinging_phone()))
+    entry = tomllib.loads(look.model)["columns"]["theta_1"]
+    assert (entry["column"], entry["unit"]) == ("Gyroscope y (rad/s)", "rad/s")
+    assert abs(float(np.mean(look.log.measured))) < 0.05  # it hangs at 0, wherever the sum began
+
+
+def test_the_gyro_of_what_is_driven_is_no_place(tmp_path):
+    driven = swinging_phone(pwm=np.round(200 * np.sin(np.arange(3000) * 0.05)))
+    assert survey_file(write_csv(tmp_path / "log.csv", driven)).speed == ""
+
+
+def test_accelerations_of_an_imu_are_no_places(tmp_path):
+    t, _, angle = swing(2000, 0.9)
+    columns = {"t": t, "ax": np.sin(angle), "az": np.cos(angle), "gy": np.gradient(angle, t), "gx": 0.01 * np.sin(t)}
+    found = survey_file(write_csv(tmp_path / "log.csv", columns))
+    assert found.speed == "gy" and {found.column(n).role for n in ("ax", "az", "gx")} == {"further"}
+
+
+def two_joints() -> dict[str, np.ndarray]:
+    """Two joints that move nearly alike in a short log, with their rates."""
+    t = np.arange(90) * 0.002
+    noise = np.random.default_rng(1).normal(size=(4, 90), scale=1e-4)
+    one, other = np.sin(9.0 * t), -0.8 * np.sin(9.0 * t + 0.05)
+    rates = np.gradient(one, t), np.gradient(other, t)
+    return {"t": t, "joint0/position": one + noise[0], "joint1/position": other + noise[1],
+            "joint1/velocity": rates[1] + noise[2], "joint0/velocity": rates[0] + noise[3]}  # fmt: skip
+
+
+def test_of_places_that_move_alike_a_rate_has_the_one_of_its_name(tmp_path):
+    found = survey_file(write_csv(tmp_path / "log.csv", two_joints()))
+    assert {c.name: c.of for c in found.columns if c.role == "rate"} == {
+        "joint0/velocity": "joint0/position", "joint1/velocity": "joint1/position"}  # fmt: skip
+
+
+def test_a_gyro_that_counts_the_other_way_is_a_rate(tmp_path):
+    t, _, angle = swing(3000, 1.0)
+    rng = np.random.default_rng(3)
+    columns = {"t": t, "angle": angle + rng.normal(size=t.size, scale=2e-3),
+               "gyro_z": -np.gradient(angle, t) + rng.normal(size=t.size, scale=0.01)}  # fmt: skip
+    entry = survey_file(write_csv(tmp_path / "log.csv", columns)).column("gyro_z")
+    assert entry.words == "rate of angle" and entry.remark.endswith("nothing of its white noise: a sensor of its own.")
+
+
+def test_a_reading_that_stands_twice_is_a_copy_and_the_same_command_of_two_motors_is_not(tmp_path):
+    twice = axis(theta=axis()["x"])
+    found = survey_file(write_csv(tmp_path / "log.csv", {**twice, "theta_copy": twice["theta"]}))
+    assert found.column("theta_copy").role == "copy"
+    duty = duty_axis()["pwm"]
+    motors = {**axis(), "Output_l": duty, "Output_r": duty}
+    assert survey_file(write_csv(tmp_path / "motors.csv", motors)).column("Output_r").role != "copy"
+
+
+def test_the_motors_of_a_machine_have_one_full_scale(tmp_path):
+    t, _, angle = swing(2000, 0.3)
+    duty = np.round(120.0 * np.sin(3.0 * t))
+    columns = {"t": t, "left_pwm": np.clip(duty, -110, 110), "right_pwm": duty + 15, "left_count": np.cumsum(duty),
+               "right_count": np.cumsum(duty + 15), "pitch": angle}  # fmt: skip
+    model = first_look(write_csv(tmp_path / "log.csv", columns), "wheel_pendulum").model
+    scales = {e["scale"] for n, e in tomllib.loads(model)["columns"].items() if n.startswith("v_")}
+    assert len(scales) == 1 and pytest.approx(scales.pop(), rel=1e-4) == 12.0 / 255
+
+
+def test_a_unit_without_a_conversion_is_asked_for(tmp_path):
+    columns = {n if n != "u" else "force (kgf)": v for n, v in axis().items()}
+    model = first_look(write_csv(tmp_path / "log.csv", columns)).model
+    assert 'v_in = { column = "force (kgf)" }  # guessed: kgf is no known unit: put scale = N per kgf' in model
+
+
+def test_a_stated_unit_of_the_times_is_kept_however_slow_the_log_is(tmp_path):
+    slow = write_csv(
+        tmp_path / "log.csv", {"time_s": np.arange(600.0), **{n: v[:600] for n, v in axis().items() if n != "t"}}
+    )
+    assert survey_file(slow).clock.unit == "s"
+
+
+def test_sec_in_a_word_is_no_clock(tmp_path):
+    t, _, angle = swing(2000, 0.3)
+    columns = {"second_angle": angle, "speed_deg_per_sec": np.degrees(np.gradient(angle, t))}
+    found = survey_file(write_csv(tmp_path / "log.csv", columns), interval=0.005)
+    assert found.column("speed_deg_per_sec").words == "rate of second_angle"
+
+
+def test_a_motors_voltage_by_its_letters_is_the_input(tmp_path):
+    columns = axis()
+    path = write_csv(tmp_path / "log.csv", {"t": columns["t"], "V_m": columns["u"], "theta_m": columns["x"]})
+    found = survey_file(path)
+    assert (found.of_role("input"), found.of_role("position")) == (["V_m"], ["theta_m"])
+    torque = write_csv(tmp_path / "torque.csv", {"t": columns["t"], "tau_m": columns["u"], "q": columns["x"]})
+    assert 'unit = "N m"' in first_look(torque).model

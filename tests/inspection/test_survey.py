@@ -317,9 +317,11 @@ def test_a_clock_that_counts_rows_is_a_guess(tmp_path):
     t = np.arange(800)
     proposal, model = proposed(written(tmp_path / "log.csv", {"frame": t, "angle": 0.8 * np.cos(t * 0.03)}))
     assert model["columns"]["t"] == {"column": "frame", "scale": 0.001} and "counts rows" in proposal.guesses["t"]
+    guesses = {}
     for name in ("time_ms", "t"):
         proposal, _ = proposed(written(tmp_path / "log.csv", {name: t, "angle": 0.8 * np.cos(t * 0.03)}))
-        assert "t" not in proposal.guesses
+        guesses[name] = proposal.guesses.get("t", "")
+    assert guesses == {"time_ms": "", "t": "no unit is said; ms, by how far its rows are apart"}
 
 
 def test_a_shaft_in_degrees_is_no_carriage_that_goes_far_and_its_reference_counts_alike(tmp_path):

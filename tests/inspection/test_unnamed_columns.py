@@ -130,7 +130,7 @@ def test_a_named_plant_is_written_with_what_fits_and_says_what_is_left(robot, tm
 def test_a_log_without_a_plant_says_which_command_starts_one(robot, tmp_path):
     columns = {n: v for n, v in robot.items() if n != "m"} | {
         "speed": np.sin(robot["ms"]),
-        "level": np.sin(robot["ms"]),
+        "level": np.cos(robot["ms"]),
     }
     with pytest.raises(Failure) as failed:
         first_look(written(tmp_path, columns))

@@ -236,3 +236,12 @@ def test_an_angle_known_in_every_tenth_sample_only_still_contradicts_its_rate():
     measured = log.measured.copy()
     measured[np.arange(len(log)) % 10 > 0, 1] = np.nan
     assert 0.5e-3 < angle_rate_inconsistency(replace(log, measured=measured), "theta_p") < 2e-3
+
+
+@pytest.mark.parametrize("every", [2, 3, 10])
+def test_the_noise_of_a_channel_that_is_read_now_and_then_is_not_its_motion(every):
+    t = np.arange(4000) * 0.005
+    t += 0.001 * np.random.default_rng(5).uniform(size=t.size)
+    values = np.sin(2.0 * t) + 0.5 * np.sin(5.0 * t) + np.random.default_rng(6).normal(size=t.size, scale=1e-3)
+    values[np.arange(t.size) % every > 0] = np.nan
+    assert 0.8e-3 < white_noise.white_sigma(values, t=t) < 1.25e-3

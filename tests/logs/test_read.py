@@ -227,9 +227,9 @@ def test_a_pitch_in_degrees_a_fall_and_a_still_sensor_are_remarked_on(tmp_path):
 
 
 UNITS = {
-    "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "rev": 2 * np.pi, "rad/s": 1.0, "deg/s": np.pi / 180, "rev/s": 2 * np.pi,
-    "rpm": np.pi / 30, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3,
-    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
+    "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "rev": 2 * np.pi, "rad/s": 1.0, "deg/s": np.pi / 180,
+    "rev/s": 2 * np.pi, "rpm": np.pi / 30, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "m/s": 1.0, "cm/s": 1e-2,
+    "mm/s": 1e-3, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
     "V": 1.0, "mV": 1e-3, "A": 1.0, "mA": 1e-3, "N m": 1.0, "N cm": 1e-2,
     "mN m": 1e-3, "N": 1.0, "mN": 1e-3, "kN": 1e3,
 }  # fmt: skip

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wheelpend.logs.unwrap import make_continuous, whole_turn
+from wheelpend.logs.unwrap import make_continuous, overflowing_count, whole_turn
 
 T = np.arange(4000) * 0.002
 TURNING = 30.0 * np.sin(0.5 * T) + 0.1 * np.sin(9 * T)
@@ -122,3 +122,32 @@ def test_a_turn_that_is_taken_across_a_gap_is_said_to_be_the_nearest():
     assert "made continuous, over 1 gap by the nearest turn." in remarks[0]
     known = np.isfinite(found)
     np.testing.assert_allclose(np.diff(found[known]), np.diff(TURNING[known]), atol=1e-9)
+
+
+def turning(rows=2000):
+    """Counts (rows,) of an encoder of 20000 a turn that goes to and fro over 40 turns."""
+    return np.round(4e5 * np.sin(0.004 * np.arange(rows)) + 2000.0 * np.sin(0.1 * np.arange(rows)))
+
+
+@pytest.mark.parametrize("bits", [12, 16])
+@pytest.mark.parametrize("scale", [2 * np.pi / 20000, -1e-5])
+def test_a_counter_that_overflows_is_made_continuous(bits, scale):
+    counts = turning() if bits == 16 else np.round(turning() / 20)
+    read = np.mod(counts + 2 ** (bits - 1), 2**bits) - 2 ** (bits - 1)
+    values, remarks = make_continuous("x", read * scale, np.arange(2000) * 0.01, "m", count=scale)
+    np.testing.assert_allclose(values - values[0], (counts - counts[0]) * scale, atol=1e-9)
+    assert remarks == [f"x jumps by {2**bits} counts: its counter overflows, and is made continuous."]
+
+
+def commanded():
+    """Counts (2000,) of a command between both ends of what nine bits hold, and back, by steps of any size."""
+    return np.repeat(np.random.default_rng(2).integers(-255, 256, 100), 20).astype(float)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [commanded(), np.where(np.arange(2000) // 100 % 2, 250.0, -250.0), turning() / 3.7, np.full(50, np.nan)],
+    ids=["steps", "a relay", "no whole numbers", "nothing"],
+)
+def test_what_does_not_count_does_not_overflow(values):
+    assert overflowing_count(values) == 0.0

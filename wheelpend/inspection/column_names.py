@@ -11,6 +11,8 @@ from wheelpend.logs.units import UNIT_CONVERSIONS, stated_unit, unit_base, witho
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
 RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm")
 ACCELERATION_NAMES = ("accel", "accl", "ddot", "ddtheta", "ddq")
+AXIS_ACCELERATION, AXIS_RATE = re.compile(r"a(cc)?_?[xyz]"), re.compile(r"g(yr)?_?[xyz]")  # of an IMU: ax, gyr_z
+MAGNITUDE_NAMES = ("absolute", "magnitude", "norm")  # of three axes together, which has no direction
 NO_READINGS = ("err", "error", "cmd", "sp", "set", "des", "pid", "out", "integral")  # words of what a controller makes
 ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 TORQUE_NAMES = ("tau", "trq", "torque")
@@ -109,12 +111,18 @@ def is_called_rate(name: str) -> bool:
     kind = kind_by_name(name)
     if kind == "position":
         return has_word(name, RATE_NAMES)
-    return kind == "rate" if kind else contains(name, RATE_NAMES)
+    return kind == "rate" if kind else contains(name, RATE_NAMES) or is_gyro_axis(name)
+
+
+def is_gyro_axis(name: str) -> bool:
+    """True of a column that is called after one axis of a gyro: gz, gyr_x."""
+    return bool(AXIS_RATE.fullmatch(without_unit(name).strip().lower()))
 
 
 def is_acceleration(name: str) -> bool:
     """True of a column that is called an acceleration."""
-    return has_word(name, ACCELERATION_NAMES) or "acc" in words_of(name)
+    by_axis = AXIS_ACCELERATION.fullmatch(without_unit(name).strip().lower())
+    return bool(by_axis) or has_word(name, ACCELERATION_NAMES) or "acc" in words_of(name)
 
 
 def is_called_angle(name: str) -> bool:
@@ -126,7 +134,7 @@ def is_called_angle(name: str) -> bool:
 def is_no_place(name: str) -> bool:
     """True of a speed by its unit or by one of its words, and of an acceleration: no position, whatever it does."""
     kind = kind_by_name(name)
-    called = has_word(name, RATE_NAMES) or is_acceleration(name)
+    called = has_word(name, RATE_NAMES) or is_acceleration(name) or is_gyro_axis(name)
     return kind == "rate" or (called and kind != "input") or (not kind and name.lower() in SHORT_INPUT_NAMES)
 
 
@@ -167,6 +175,11 @@ def is_likely_input(name: str) -> bool:
     if is_read_at_motor(name) or contains(name, SUPPLY_NAMES) or has_word(name, ERROR_NAMES):
         return False
     return name.lower() in VOLTAGE_NAMES or contains(name, ("cmd", "motor", "ctrl")) or has_word(name, EFFORT_NAMES)
+
+
+def is_magnitude(name: str) -> bool:
+    """True of a column that is called the size of a vector."""
+    return has_word(name, MAGNITUDE_NAMES) or "abs" in words_of(name)
 
 
 def is_command(name: str) -> bool:

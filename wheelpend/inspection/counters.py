@@ -10,14 +10,18 @@ import numpy as np
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
     ERROR_NAMES,
+    RATE_NAMES,
     REFERENCE_NAMES,
+    SENSOR_NAMES,
     contains,
     has_word,
     is_command,
+    left_name,
     stated_base,
     stated_factor,
 )
 from wheelpend.logs.columns import ColumnTable
+from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
 from wheelpend.logs.units import stated_unit, words_of
@@ -62,8 +66,8 @@ def replaced_clock(name: str, values: np.ndarray) -> dict[str, str]:
 def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
     """Columns (N,) that are another one times a factor, or that from a constant, with a sentence on it.
 
-    Of two the one that states a unit is kept, else one that is not called an error. Not where they are the same but for
-    the sign: two motors may have the same command. A command is no copy of what is read: a controller made it.
+    Of two the one that states a unit is kept, else one that is not called an error. Two motors may have one command but
+    for the sign, and two wheels one way. A command is no copy of what is read: a controller made it.
     """
     found: dict[str, str] = {}
     moving = [n for n, v in values.items() if np.isfinite(v).all() and np.ptp(v) > 0.0]
@@ -75,7 +79,8 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
         every = max(1, len(values[a]) // MAX_COMPARED_SAMPLES)
         if not _line_between(values[a][::every], values[b][::every]):
             continue
-        if (line := _line_between(values[a], values[b])) and line != (1.0, 0.0) and line != (-1.0, 0.0):
+        line = _line_between(values[a], values[b])
+        if line and (line not in ((1.0, 0.0), (-1.0, 0.0)) or _are_one_reading(a, b)):
             found[b] = f"{b} is {_line_text(line, a)} throughout: the same once more, and left out."
     return found
 
@@ -117,6 +122,14 @@ def _is_direction(angle: np.ndarray, one: np.ndarray, other: np.ndarray) -> bool
     found, read = np.unwrap(np.arctan2(one, other)[::every]), np.unwrap(angle[::every])
     off = min(float(np.ptp(read - found)), float(np.ptp(read + found)))
     return off < MAX_DIRECTION_DEVIATION * float(np.ptp(read))
+
+
+def _are_one_reading(one: str, other: str) -> bool:
+    """True of names of which one is of a reading, none a command's, and both are of no two sides: it was read once."""
+    sided = tuple(words_of(one)) == left_name(other) or tuple(words_of(other)) == left_name(one)
+    named = not (one.startswith(NAMELESS_PREFIX) or other.startswith(NAMELESS_PREFIX))
+    read = any(has_word(n, (*SENSOR_NAMES, *ANGLE_NAMES, *RATE_NAMES)) for n in (one, other))
+    return named and read and not sided and not is_command(one) and not is_command(other)
 
 
 def _may_control(one: str, other: str) -> bool:

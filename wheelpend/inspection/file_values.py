@@ -10,12 +10,12 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from wheelpend.errors import BadCell, Failure
-from wheelpend.inspection.column_names import kind_by_name, stated_factor
+from wheelpend.inspection.column_names import is_command, kind_by_name, stated_factor
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE, find_outliers, without_outliers
 from wheelpend.logs.tables import Table
-from wheelpend.logs.unwrap import TURNS, unwrapped, whole_turn
+from wheelpend.logs.unwrap import TURNS, overflowing_count, unwrapped, whole_turn
 
 MAX_STEP_SHARE = 0.3  # of its range, by which a place moves from sample to sample at most
 TURN_TOLERANCE = 0.25  # of a turn, by which a wrapped angle's jump may differ from one
@@ -72,7 +72,7 @@ def moving_columns(path: Path, values: Mapping[str, np.ndarray]) -> dict[str, np
 
 def analysed(name: str, t: np.ndarray, values: Mapping[str, np.ndarray]) -> Log:
     """A log of columns (N,) at times (N,) [s] for analysis: in SI units by their names, without spikes and wraps."""
-    columns = [continuous(v * stated_factor(n)) for n, v in values.items()]
+    columns = [continuous(v * stated_factor(n), None if is_command(n) else v) for n, v in values.items()]
     log = Log(name, t, np.zeros(len(t)), np.column_stack(columns), tuple(values), rates={})
     places = [n for n in values if kind_by_name(n) in ("", "position")]  # their spikes may last two samples
     found = find_outliers(log, [find_quantum(c) for c in columns], places)
@@ -92,10 +92,11 @@ def without_rest(values: np.ndarray) -> np.ndarray:
     return result
 
 
-def continuous(values: np.ndarray) -> np.ndarray:
-    """A signal (N,) without the jumps by a turn of a wrapped angle, in rad or in degrees; any other as it is.
+def continuous(values: np.ndarray, counts: np.ndarray | None = None) -> np.ndarray:
+    """A signal (N,) without the jumps by a turn of a wrapped angle, in rad or in degrees, or of a counter's overflow.
 
-    A wrapped one is within a turn, but for its rounding.
+    Any other as it is. A wrapped angle is within a turn, but for its rounding; ``counts`` (N,) are the signal's as they
+    stand in the file.
     """
     known = np.flatnonzero(np.isfinite(values))
     steps = np.abs(np.diff(values[known]))
@@ -105,4 +106,8 @@ def continuous(values: np.ndarray) -> np.ndarray:
         if jumps.size and within and bool(np.all(np.abs(jumps - turn) < TURN_TOLERANCE * turn)):
             return unwrapped(values, turn)
     turn = whole_turn(values)
-    return unwrapped(values, turn) if turn else values
+    if turn:
+        return unwrapped(values, turn)
+    if counts is None or not (full := overflowing_count(counts)):
+        return values
+    return unwrapped(values, full * float(np.ptp(values[known]) / np.ptp(counts[known])))

@@ -38,6 +38,7 @@ MAX_RATE_MISFIT = 0.01  # of a place's variance, that a rate summed over time le
 MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
 PUT_SECONDS = "put the seconds from row to row in the place of this scale"
 MAX_SHAFT_SPEED_RAD_S = 3000.0  # rad/s of a shaft, beyond which hardly a motor with an encoder turns
+MIN_OVERFLOW_RATIO = 1.5  # of its readings' range, that a counter goes which overflowed
 MAX_WAY_M = 20.0  # along an axis, beyond which a place is no carriage's
 
 
@@ -117,7 +118,8 @@ def guess_place(
 
     A way ``beside_angle``, a cart's beside its pole, is one: along a slide it may be what its motor's shaft turns.
     """
-    counting = is_counting(column) and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
+    called = is_counting(column) or has_overflowed(survey, column, values)
+    counting = called and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
     alone = len(survey.of_role("position")) == 1 and survey.base_of(column) != "rad"
     if own == "rad" and alone and not counting and is_small_swing(values, survey.longest_with(column), column, inputs):
         said = ("a way, for gravity pulls it back by itself and not by a sine: mm of a pendulum of 1 m, put 0.001 / "
@@ -149,6 +151,13 @@ def guess_place(
     if own == "rad" and not counting and way < MAX_TURNS_DEG:
         return Guess(ColumnMap(column, "deg"), "degrees, for all readings are whole numbers; or an encoder's counts")
     return guess_counts(column, values, own)
+
+
+def has_overflowed(survey: Survey, column: str, values: np.ndarray) -> bool:
+    """True of a position (N,) that was made continuous, and is no angle within a turn: a counter."""
+    entry = survey.column(column)
+    goes_on = float(np.ptp(values[np.isfinite(values)])) > MIN_OVERFLOW_RATIO * (entry.maximum - entry.minimum)
+    return goes_on and column not in survey.turns and column != SUMMED_PLACE
 
 
 def guess_by_rate(survey: Survey, column: str, values: np.ndarray, own: str) -> Guess | None:
@@ -197,8 +206,11 @@ def guess_supply(survey: Survey, column: str) -> Guess | None:
     if states_volts(column):
         return None
     entry = survey.column(column)
-    values = survey.values.get(column, np.array([entry.minimum, entry.maximum]))
-    limit = full_scale(column, values[np.isfinite(values)])
+    values = read_or_held(survey, column)
+    limit = full_scale(column, values)
+    if limit:  # the motors of one machine have one timer
+        scales = {n: full_scale(n, read_or_held(survey, n)) for n in survey.of_role("input") if not states_volts(n)}
+        limit = max([limit, *scales.values()])
     if not limit and entry.minimum == entry.maximum == round(entry.minimum) and abs(entry.minimum) > MIN_PWM_PEAK:
         limit = full_scale("pwm", values)  # a step of so many volts is rarer than one in counts
     if not limit:
@@ -207,6 +219,13 @@ def guess_supply(survey: Survey, column: str) -> Guess | None:
     reason = f"a duty of ±{limit:g} {why}"
     reason = f"{entry.remark}; {reason}" if entry.remark else reason
     return Guess(ColumnMap(column, scale=float(f"{scale / limit:.6g}"), times=times), reason)
+
+
+def read_or_held(survey: Survey, column: str) -> np.ndarray:
+    """Known values (N,) of a column; the two ends of one that is constant."""
+    entry = survey.column(column)
+    values = survey.values.get(column, np.array([entry.minimum, entry.maximum]))
+    return values[np.isfinite(values)]
 
 
 def supply_of(survey: Survey) -> tuple[str, float, str]:

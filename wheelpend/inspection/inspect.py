@@ -16,7 +16,7 @@ from wheelpend.inspection.equations import least_samples
 from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs, with_settings
 from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
 from wheelpend.inspection.sampling import find_sampling_faults
-from wheelpend.inspection.signals import MIN_ANALYSED_SAMPLES, channel_values, uniform_signals
+from wheelpend.inspection.signals import MIN_ANALYSED_S, MIN_ANALYSED_SAMPLES, channel_values, uniform_signals
 from wheelpend.inspection.standstill import constant_signal_times, find_gaps, find_no_excitation, standstills
 from wheelpend.inspection.wiring import find_faults
 from wheelpend.kernels.kernel_module import KernelModule
@@ -48,6 +48,11 @@ class Inspection:
     sensors: str = ""  # lines for model.toml that say what the sensors are like, by this log
     stand_still: dict[str, list[tuple[float, float]]] = field(default_factory=dict)  # from, to [s] by channel
     untested: Mapping[str, int] = field(default_factory=dict)  # signs or clocks that nothing is said on: samples needed
+
+    @property
+    def least_duration_s(self) -> float:
+        """Duration [s] of a stretch from which on signs and clocks are tested, however many samples it has."""
+        return MIN_ANALYSED_S
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""

@@ -29,7 +29,7 @@ from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
-from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey
+from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey, is_called_place
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.faults import held_samples
@@ -39,6 +39,7 @@ from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
 SUMMED_REASON = "a speed, which is summed over time, as no column is a place"
 UNKNOWN_SPEED_UNIT = "; its unit is not said: put scale = 0.0174533 for deg/s, 0.10472 for rpm, rad being the place's"
+PLACE_LETTERS = ("x", "y", "q", "pos")  # names that a place has most often
 UNNAMED_COLUMN = "?"  # stands for a column that its user must name
 COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
 
@@ -319,7 +320,13 @@ def no_plant_text(survey: Survey, plant: str) -> str:
     places_found = survey.of_role("position")
     inputs, places = (count(len(survey.of_role(r)), r) for r in ("input", "position"))
     taken = ", ".join(f"{c.name} is {c.words}" for c in survey.columns)
-    what = f"the plant {plant} must have other columns than" if plant else "no plant has"
+    what = (
+        f"the plant {plant} must have other columns than {places} and {inputs}"
+        if plant
+        else f"no plant has {places} and {inputs}"
+    )
+    if not (plant or places_found):
+        what = f"every plant has a position, and no column is one ({inputs})"
     further = [c.name for c in survey.columns if c.role == "further"]
     speeds = [n for n in further if is_no_place(n) and not is_acceleration(n)]
     integrate = (
@@ -329,9 +336,9 @@ def no_plant_text(survey: Survey, plant: str) -> str:
     )
     left = left_over(survey, places_found + survey.of_role("rate") + survey.of_role("input"))
     rest = f" Not recognised: {', '.join(left)}." if left else ""
-    return (
-        f"{survey.file}: {what} {places} and {inputs}; by their names and what they do, {taken}.{integrate}{rest}"
-        + ("" if plant or not (places_found or survey.may_hold_place) else plant_advice(survey, left))
+    unread = "".join(f" {c.remark}" for c in survey.columns if c.role == "unread")
+    return f"{survey.file}: {what}; by their names and what they do, {taken}.{unread}{integrate}{rest}" + (
+        "" if plant or not (places_found or survey.may_hold_place) else plant_advice(survey, left)
     )
 
 
@@ -339,8 +346,9 @@ def plant_advice(survey: Survey, left: list[str]) -> str:
     """How to start with a plant that one knows, with a line that says what a column is."""
     file, places = survey.file, survey.of_role("position")
     needs_input = bool(places) and not survey.of_role("input")
-    able = (n for n in left if may_be_input(n)) if needs_input else (n for n in left if not is_no_place(n))
-    first = next(able, "...") if needs_input or not places else places[-1]
+    able = [n for n in left if (may_be_input(n) if needs_input else not is_no_place(n))]
+    able.sort(key=lambda n: needs_input or not (is_called_place(n) or n.lower() in PLACE_LETTERS))
+    first = next(iter(able), "...") if needs_input or not places else places[-1]
     turns = first in survey.values and (survey.base_of(first) == "rad" or looks_like_degrees(survey, first))
     name = "v_in" if needs_input else "theta_1" if first != "..." and turns else "x"
     unit = stated_unit(first) or ("deg" if first in places and looks_like_degrees(survey, first) else "")

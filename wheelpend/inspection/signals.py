@@ -22,6 +22,7 @@ MAX_SHORT_SHIFT_SAMPLES = 10  # the same in a log that is too short for clocks: 
 MIN_SHIFT_SAMPLES = 2.5  # samples, the smallest time shift reported
 JACKKNIFE_BLOCKS = 8  # blocks of a log, of which the jackknife makes a standard error
 MIN_SMOOTHING_SIGMA_S = 0.03  # s, standard deviation of the finest Gaussian; at least 3 samples
+MIN_ANALYSED_S = MIN_SMOOTHING_SIGMA_S * (2 * 4 + 0.5 * 4 * JACKKNIFE_BLOCKS)  # s of a stretch: its ends, and its rows
 SMOOTHING_FACTORS = (1.0, 2.0, 4.0, 8.0)  # widths against the finest, increased until noise no longer matters
 MIN_WHOLE_VALUES = 5  # different whole numbers from which on a column counts something
 MAX_SWAPPED_MISFIT_SHARE = 0.05  # share of its power that an angle's derivative leaves of a signal that is its rate

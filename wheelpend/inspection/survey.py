@@ -26,8 +26,10 @@ from wheelpend.inspection.column_names import (
     is_called_rate,
     is_called_time,
     is_command,
+    is_gyro_axis,
     is_increment,
     is_likely_input,
+    is_magnitude,
     is_no_place,
     kind_by_name,
     left_name,
@@ -198,10 +200,10 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
     """A survey of a file without a place, with one that a speed comes to, of two wheels the left; others as read.
 
     A speed is called so, or is the one column called nothing, or an increment, that follows a command's level, as a
-    motor's speed does: a place that is called an increment is none.
+    motor's speed does: a place that is called an increment is none. Or it is what a gyro reads on what nothing drives.
     """
     speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
-    speed = speed or following_speed(as_read, values)
+    speed = speed or following_speed(as_read, values) or swinging_gyro(as_read, values)
     if any(n != speed for n in as_read.of_role("position")) or not speed or SUMMED_PLACE in values:
         return as_read
     others = {n: v for n, v in values.items() if n != speed and not is_of_right_wheel(n, values)}
@@ -236,10 +238,26 @@ def says_nothing(name: str) -> bool:
     return name.startswith(NAMELESS_PREFIX) or name.strip().lower() in OUTPUT_NAMES
 
 
+def swinging_gyro(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
+    """Of the axes of a gyro the one that turns most, in a log without an input, as of a phone that swings; or nothing.
+
+    A robot that something drives has wheels, too, which its gyro does not see.
+    """
+    further = [c.name for c in as_read.columns if c.role == "further"]
+    axes = [n for n in further if is_of_gyro(n) and is_called_rate(n) and not is_magnitude(n)]
+    driven = as_read.of_role("input") or any(map(is_command, further))
+    return "" if driven else max(axes, key=lambda n: float(np.nanstd(values[n] * stated_factor(n))), default="")
+
+
+def is_of_gyro(name: str) -> bool:
+    """True of a column that is called after a body's gyro."""
+    return has_word(name, BODY_SENSORS) or is_gyro_axis(name)
+
+
 def may_be_summed(name: str) -> bool:
     """True of a column that is called a speed, and neither a commanded one nor that of a body's gyro."""
-    is_speed = is_no_place(name) and not is_acceleration(name)
-    return is_speed and not contains(name, REFERENCE_NAMES) and not has_word(name, BODY_SENSORS)
+    is_speed = is_no_place(name) and not is_acceleration(name) and not is_magnitude(name)
+    return is_speed and not contains(name, REFERENCE_NAMES) and not is_of_gyro(name)
 
 
 def clock_seconds(raw: np.ndarray, clock: ColumnMap) -> np.ndarray:
@@ -398,6 +416,7 @@ def is_unnamed(name: str) -> bool:
 def possible_rates(names: list[str]) -> list[tuple[str, str]]:
     """Pairs of columns of which the second may be the rate of the first by what their names state."""
     places = [n for n in names if kind_by_name(n) != "rate" and not contains(n, REFERENCE_NAMES)]
+    places = [n for n in places if not is_acceleration(n)]
     able = [n for n in names if kind_by_name(n) != "position" and not has_word(n, ERROR_NAMES)]
     return [(a, b) for a in places for b in able if a != b]
 

@@ -4,7 +4,8 @@ In: CSV, Parquet, MATLAB files, bags, DataFrames and arrays, with the columns th
 and continuous, and the noise of its channels. Question: what was measured, when, and how well?
 
 - log: the record `Log`, its gapless ranges and segments
-- columns: the columns that a plant needs, their units, and how a file's columns are mapped onto them
+- columns: the columns that a plant needs, and how a file's columns are mapped onto them
+- units: those that are known, how files spell them, and which one a column's name states
 - read: files, frames and arrays to logs, and logs to files
 - sources: what a log is taken from, and tables in memory
 - guess: column maps guessed from names, units and clock

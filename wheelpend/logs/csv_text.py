@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from wheelpend.errors import Failure
-from wheelpend.logs.units import BRACKETED, is_unit, plain_unit
+from wheelpend.logs.units import BRACKETED_TEXT, is_unit, plain_unit
 
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
-MISSING_CELLS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
+MISSING_CELLS = ("", "nan", "NaN", "NAN", "NA", "N/A", "#N/A", "null", "NULL", "None", "-nan", "-", "--", "?")
 SNIFFED_BYTES, SNIFFED_LINES = 65_536, 200  # bytes of a file, and lines of its table in them, that tell its layout
 COMMENT_PREFIXES = ("#", "%", "//")
 WHITESPACE = " "  # any number of spaces and tabs between two cells
@@ -212,7 +212,7 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
 def are_names(cells: Sequence[str]) -> bool:
     """True of names, each once and none a number, of which one is a clock's: no word of a sentence is."""
     has_clock = any(re.split(r"[ (\[]", c.lower())[0] in CLOCK_HEADERS for c in cells)
-    units = [c for c in cells if BRACKETED.fullmatch(c)]
+    units = [c for c in cells if BRACKETED_TEXT.fullmatch(c)]
     return has_clock and not units and is_title(Line(0, list(cells)), 2) and len(set(cells)) == len(cells)
 
 

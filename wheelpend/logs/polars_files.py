@@ -28,9 +28,9 @@ from wheelpend.logs.csv_text import (
 )
 
 NO_SEPARATOR = "\x1f"  # stands in no table
-STAMP_PATTERN = (  # date, hours, minutes, seconds; the zone is not looked at
-    r"^(?:([0-9]{4}-[0-9]{2}-[0-9]{2})[ T])?([0-9]{1,2}):([0-5][0-9]):([0-5][0-9](?:[.,][0-9]+)?)"
-    r"(?:Z|[+-][0-9]{2}:?[0-9]{2})?$"
+STAMP_PATTERN = (  # date, hours, minutes, seconds, half of the day; the zone is not looked at
+    r"^(?:([0-9]{4}[-/.][0-9]{1,2}[-/.][0-9]{1,2}|[0-9]{1,2}[-/.][0-9]{1,2}[-/.][0-9]{4}),?[ T])?"
+    r"([0-9]{1,2}):([0-5][0-9]):([0-5][0-9](?:[.,][0-9]+)?) ?([AaPp][Mm])?(?:Z|[+-][0-9]{2}(?::?[0-9]{2})?)?$"
 )
 MAX_BAD_SHARE = 0.1  # of a column's cells, that are no numbers where it is a column of numbers
 DAY_S = 86_400.0
@@ -201,15 +201,19 @@ def numeric_column(log: str, column: pl.Series, decimal_comma: bool = False) -> 
 def seconds_of_stamps(text: pl.Series) -> np.ndarray | None:
     """Seconds (N,) of times of day, or of dates with times, NaN for missing ones; None where other text stands.
 
-    Times without a date go on past midnight.
+    Times without a date go on past midnight; so do those with a date that begins with the day or the month, for which
+    of both comes first is not looked at.
     """
     if text.is_null().all() or not text.str.contains(STAMP_PATTERN).all():
         return None
     days, *parts = (text.str.extract(STAMP_PATTERN, k) for k in range(1, 5))
     decimal = [part.str.replace(",", ".", literal=True).cast(pl.Float64).to_numpy() for part in parts]
+    halves = text.str.extract(STAMP_PATTERN, 5).str.to_lowercase()
+    if halves.is_not_null().any():
+        decimal[0] = decimal[0] % 12.0 + 12.0 * (halves == "pm").fill_null(value=False).to_numpy()
     clock = np.array([3600.0, 60.0, 1.0]) @ np.array(decimal)
-    if days.is_not_null().any():
-        dates = days.str.to_date(strict=False).to_numpy()
+    dates = days.str.replace_all("[/.]", "-").str.to_date("%Y-%m-%d", strict=False).to_numpy()
+    if not np.isnat(dates).all():
         return np.where(np.isnat(dates), np.nan, dates.astype("datetime64[D]").astype(np.int64) * DAY_S + clock)
     known = np.flatnonzero(np.isfinite(clock))
     clock[known[1:]] += DAY_S * np.cumsum(np.diff(clock[known]) < -0.5 * DAY_S)

@@ -34,7 +34,7 @@ from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
-from wheelpend.logs.units import UNIT_CONVERSIONS, unit_ending
+from wheelpend.logs.units import unit_ending
 from wheelpend.logs.unwrap import make_continuous
 from wheelpend.numerics import last_true
 
@@ -174,8 +174,9 @@ def unwrap_positions(
     for name in table.places:
         of_shaft = math.isclose(abs(sources[name].factor), math.radians(1.0), rel_tol=1e-6)
         unit = "rad" if of_shaft else table.units[name]
+        count = 0.0 if sources[name].is_speed or sources[name].times else sources[name].factor
         columns_by_name[name], remarks = make_continuous(
-            name, columns_by_name[name], raw_t, unit, can_reset=name != table.range_channel
+            name, columns_by_name[name], raw_t, unit, can_reset=name != table.range_channel, count=count
         )
         notes += remarks
     return notes

@@ -37,7 +37,7 @@ UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
     "mN": ("N", 1e-3),
     "kN": ("N", 1e3),
 }
-SPELLINGS = {  # of a whole unit, in symbols
+UNIT_SPELLINGS = {  # of a whole unit, in symbols
     "°": "deg", "º": "deg", "°/s": "deg/s", "º/s": "deg/s", "dps": "deg/s", "rps": "rev/s", "rev/min": "rpm",
     "r/min": "rpm", "1/min": "rpm", "µs": "us", "μs": "us", "µm": "um", "μm": "um", "turns": "rev", "turn": "rev",
 }  # fmt: skip
@@ -46,6 +46,8 @@ WRITTEN_OUT = {  # words of a unit, in plural too
     "micro": "us", "radian": "rad", "degree": "deg", "revolution": "rev", "minute": "min", "meter": "m", "metre": "m",
     "centimeter": "cm", "centimetre": "cm", "millimeter": "mm", "millimetre": "mm", "volt": "V", "millivolt": "mV",
     "amp": "A", "ampere": "A", "milliamp": "mA", "newton": "N",
+    "degre": "deg", "grado": "deg", "grau": "deg", "grad": "deg", "seconde": "s", "segundo": "s", "sekunde": "s",
+    "sekunden": "s", "metro": "m",  # fr, es, pt, de
 }  # fmt: skip
 UNIT_WORDS = re.compile(
     r"(m?rad|deg|[°º]|rev|rpm|dps|rps|[mµμun]?s|[cmµμuk]?m|m?V|m?A|[mk]?N([ .*-]?[·⋅]?c?m)?|-|1|%|count|counts|raw)"
@@ -55,7 +57,7 @@ UNKNOWN_UNIT = re.compile(  # what can be nothing else, though no conversion is 
     r"((m|k|M|µ|u|c|d)?(N|g|m|V|A|W|Hz|s|rad|bar|Pa)|kp|kgf?|gf?|lbf?|ozf?|in|inch|ft|yd|mph|rpm|rev|deg|°|h|min)"
     r"([ .*·⋅/^²]+(m?g|c?m|s|in|ft|rad|min|h|V|A|2))*"
 )
-BRACKETED = re.compile(r"\[.*\]|\(.*\)")
+BRACKETED_TEXT = re.compile(r"\[.*\]|\(.*\)")
 ENDING_IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]\s*$")
 NAME_SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s", "deg_per_sec"), "rad/s": ("rad_s", "rad_per_s", "rad_per_sec"),
                   "rev/s": ("rps", "rev_per_s"), "m/s": ("m_s", "m_per_s"), "cm/s": ("cm_s", "cm_per_s"),
@@ -80,19 +82,23 @@ def speed_unit(place: str) -> str:
 
 def words_of(name: str) -> list[str]:
     """The words of a name in small letters without accents: motor, encoder and l of MotorEncoder_L."""
-    plain = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
-    return [w.lower() for w in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", plain)]
+    return [w.lower() for w in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", without_accents(name))]
+
+
+def without_accents(text: str) -> str:
+    """A text whose letters are those of English: angulo for ángulo."""
+    return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
 
 
 def is_unit(cell: str) -> bool:
     """True of what may stand in a row of units: a unit, something in brackets, nothing."""
-    return not cell or bool(BRACKETED.fullmatch(cell) or UNIT_WORDS.fullmatch(as_symbols(cell)))
+    return not cell or bool(BRACKETED_TEXT.fullmatch(cell) or UNIT_WORDS.fullmatch(as_symbols(cell)))
 
 
 def as_symbols(unit: str) -> str:
     """A unit with symbols in place of words: deg/s for degrees/second."""
     parts = re.split(r"( per |/|²|\^2)", unit)
-    symbols = (WRITTEN_OUT.get(word.strip().lower().removesuffix("s"), word) for word in parts)
+    symbols = (WRITTEN_OUT.get(without_accents(word).strip().lower().removesuffix("s"), word) for word in parts)
     return "".join(symbols).replace(" per ", "/")
 
 
@@ -100,7 +106,7 @@ def plain_unit(cell: str) -> str:
     """A unit without brackets, in our spelling; nothing for a plain number, or what is no unit."""
     if not is_unit(cell):
         return ""
-    unit = as_symbols((cell[1:-1] if BRACKETED.fullmatch(cell) else cell).strip())
+    unit = as_symbols((cell[1:-1] if BRACKETED_TEXT.fullmatch(cell) else cell).strip())
     return known_spelling(unit) or ("" if unit in ("-", "1") else unit)
 
 
@@ -111,7 +117,7 @@ def known_spelling(unit: str) -> str:
     together = re.sub(r"[ .*·⋅-]", "", unit)
     alike = (u for u in UNIT_CONVERSIONS if u.replace(" ", "") == together)
     capital = (u for u in UNIT_CONVERSIONS if len(u) > 1 and u.lower() == unit.lower())  # RPM, Deg
-    return SPELLINGS.get(unit.lower(), "") or next(alike, "") or next(capital, "")
+    return UNIT_SPELLINGS.get(unit.lower(), "") or next(alike, "") or next(capital, "")
 
 
 def unit_in_brackets(name: str) -> str | None:

@@ -15,16 +15,19 @@ MIN_EVEN_SHARE = 0.9  # of its jumps, before and after which it goes on as withi
 MAX_WRAPPED_RANGE_TURNS = 1.05  # turns that a wrapped angle covers at most
 RESET_JUMP_RATIO = 20.0  # times the usual step from which a jump to zero is a new start
 MAX_NEIGHBOUR_INTERVAL_RATIO = 5.0  # times the usual interval, up to which samples are neighbours
+COUNTER_BITS = range(8, 33)  # of a counter that overflows, or of an encoder's turn
+MIN_WHOLE_VALUES = 20  # different whole numbers, of such a counter
+MIN_COVERED_SHARE = 0.9  # of what its bits can count, that it has counted
 MIN_RESET_SAMPLES = 10  # samples that an encoder which started again stays there
 
 
 def make_continuous(
-    name: str, values: np.ndarray, t: np.ndarray, unit: str, can_reset: bool = True
+    name: str, values: np.ndarray, t: np.ndarray, unit: str, can_reset: bool = True, count: float = 0.0
 ) -> tuple[np.ndarray, list[str]]:
     """A channel (N,) without the jumps of wrapping and of counter resets, and a sentence on each kind that was found.
 
-    ``t`` (N,) are the times of the samples. A jump counts only between neighbours: across missing samples or a gap
-    anything may have happened.
+    ``t`` (N,) are the times of the samples; ``count`` is what one of the file's own numbers is in the channel's unit.
+    A jump counts only between neighbours: across missing samples or a gap anything may have happened.
     """
     known = np.flatnonzero(np.isfinite(values))
     if known.size < 2:
@@ -32,12 +35,14 @@ def make_continuous(
     adjacent = (np.diff(known) == 1) & (np.diff(t[known]) < MAX_NEIGHBOUR_INTERVAL_RATIO * np.median(np.diff(t)))
     remarks = []
     if unit == "rad" and (jumps := count_wraps(values[known], adjacent)):
-        unwrapped = values.copy()
-        unwrapped[known] = np.unwrap(values[known])
-        across = int(np.sum(~adjacent & (np.abs(np.diff((unwrapped - values)[known])) > 0.5 * TURN_RAD)))
+        continuous = unwrapped(values, TURN_RAD)
+        across = int(np.sum(~adjacent & (np.abs(np.diff((continuous - values)[known])) > 0.5 * TURN_RAD)))
         over = "" if not across else f", over {across} gap{'s' * (across > 1)} by the nearest turn"
         remarks.append(f"{name} jumps by a turn in {jumps} places: it was wrapped, and is made continuous{over}.")
-        values = unwrapped
+        values = continuous
+    elif count and (full := overflowing_count(values / count)):
+        remarks.append(f"{name} jumps by {full:.0f} counts: its counter overflows, and is made continuous.")
+        values = unwrapped(values, full * abs(count))
     resets = find_counter_resets(values[known], adjacent) if can_reset else np.zeros(0, dtype=int)
     if len(resets):
         steps = np.diff(values[known], prepend=values[known][0])
@@ -63,6 +68,24 @@ def whole_turn(values: np.ndarray) -> float:
     known = values[np.isfinite(values)]
     neighbours = np.ones(max(known.size - 1, 0), dtype=bool)
     return next((turn for turn in TURNS if count_wraps(known * (TURN_RAD / turn), neighbours)), 0.0)
+
+
+def overflowing_count(values: np.ndarray) -> float:
+    """The power of two by which whole numbers (N,) of a counter jump as it overflows; 0 of any other signal.
+
+    It has counted all that its bits can, and between the jumps it goes on by less than a quarter of that, always: a
+    command has steps of any size.
+    """
+    known = values[np.isfinite(values)]
+    whole = np.round(known)
+    if not known.size or np.abs(known - whole).max() > 1e-6 or len(np.unique(whole[:10_000])) < MIN_WHOLE_VALUES:
+        return 0.0
+    full = next((2.0**bits for bits in COUNTER_BITS if np.ptp(whole) < 2.0**bits), 0.0)
+    if not full or np.ptp(whole) <= MIN_COVERED_SHARE * full:
+        return 0.0
+    steps = np.abs(np.diff(whole)) / full
+    jumps = steps > 1.0 - JUMP_TOLERANCE_TURNS
+    return full if jumps.any() and (steps[~jumps] < JUMP_TOLERANCE_TURNS).all() else 0.0
 
 
 def count_wraps(values: np.ndarray, adjacent: np.ndarray) -> int:

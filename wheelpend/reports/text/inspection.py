@@ -32,7 +32,8 @@ def untested_sentence(result: Inspection) -> str:
     """What a log is too short to tell."""
     what = " and ".join(result.untested).capitalize()
     needed = " and ".join(str(n) for n in dict.fromkeys(result.untested.values()))
-    return f"{what} were not tested: that takes {needed} samples or more without a gap."
+    least = f"{needed} samples or more without a gap, and {result.least_duration_s:.1g} s"
+    return f"{what} were not tested: that takes {least}."
 
 
 def summary_text(log: Log, result: Inspection) -> TextBlocks:
