@@ -8,11 +8,12 @@ from scipy.integrate import solve_ivp
 
 from tests.raw_logs import fast_motor, two_wheels, write_csv
 from wheelpend import Model
+from wheelpend.inspection.column_roles import right_sides
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.gravity import carried_weight_misfit
 from wheelpend.inspection.inspect import inspect_file
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
-from wheelpend.inspection.survey import right_sides, survey_file
+from wheelpend.inspection.survey import survey_file
 from wheelpend.logs.read import save_log
 
 

@@ -374,9 +374,9 @@ def two_joints() -> dict[str, np.ndarray]:
     """Two joints that move nearly alike in a short log, with their rates."""
     t = np.arange(90) * 0.002
     noise = np.random.default_rng(1).normal(size=(4, 90), scale=1e-4)
-    one, other = np.sin(9.0 * t), -0.8 * np.sin(9.0 * t + 0.05)
+    one, other = np.sin(9.0 * t), -0.8 * np.sin(9.0 * t)
     rates = np.gradient(one, t), np.gradient(other, t)
-    return {"t": t, "joint0/position": one + noise[0], "joint1/position": other + noise[1],
+    return {"t": t, "joint0/position": one + 50 * noise[0], "joint1/position": other + noise[1],
             "joint1/velocity": rates[1] + noise[2], "joint0/velocity": rates[0] + noise[3]}  # fmt: skip
 
 

@@ -5,7 +5,8 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 
 - inspect: the record `Inspection`, of a log, of a log under a model, of a file
 - split: a stretch of a log held out, as files of their own
-- first_look: a log where there is no model: `survey` says what its columns are, `plant_fit` which plants have them,
+- first_look: a log where there is no model: `survey` says what its columns are by their `column_roles`, which is its
+  time by `own_clock`, and where a rate comes from by `rate_origin`; `plant_fit` which plants have them,
   `gravity` where an angle hangs, `angle_unit` whether it is in degrees, `guesses` of units that no name states,
   `camera_path` two that are one angle, `proposal` writes the model.toml
 - file_values: the numbers of a file's columns without a model; column_names: what their names state;

@@ -22,10 +22,11 @@ from wheelpend.inspection.column_names import (
     stated_base,
     stated_factor,
 )
+from wheelpend.inspection.column_roles import MAX_SUM_MISFIT_SHARE
 from wheelpend.inspection.kinematics import sum_misfit
 from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
-from wheelpend.inspection.survey import MAX_SUM_MISFIT_SHARE, SUMMED_PLACE, Survey
+from wheelpend.inspection.survey import SUMMED_PLACE, Survey
 from wheelpend.logs.columns import ColumnMap, ColumnTable
 from wheelpend.logs.units import UNIT_CONVERSIONS, stated_unit, unknown_unit
 

@@ -24,12 +24,13 @@ from wheelpend.inspection.column_names import (
     may_be_input,
     unit_within,
 )
+from wheelpend.inspection.column_roles import is_called_place
 from wheelpend.inspection.gravity import ChainZero, chain_zero, gravity_zero, hangs_at_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
-from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey, is_called_place
+from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.faults import held_samples
