@@ -376,8 +376,8 @@ def two_joints() -> dict[str, np.ndarray]:
     noise = np.random.default_rng(1).normal(size=(4, 90), scale=1e-4)
     one, other = np.sin(9.0 * t), -0.8 * np.sin(9.0 * t)
     rates = np.gradient(one, t), np.gradient(other, t)
-    return {"t": t, "joint0/position": one + 50 * noise[0], "joint1/position": other + noise[1],
-            "joint1/velocity": rates[1] + noise[2], "joint0/velocity": rates[0] + noise[3]}  # fmt: skip
+    return {"t": t, "joint0/position": one + 10 * noise[0], "joint1/position": other + noise[1],
+            "joint1/velocity": rates[1] + 50 * noise[2], "joint0/velocity": rates[0] + 50 * noise[3]}  # fmt: skip
 
 
 def test_of_places_that_move_alike_a_rate_has_the_one_of_its_name(tmp_path):

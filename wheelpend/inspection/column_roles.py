@@ -16,7 +16,6 @@ from wheelpend.inspection.column_names import (
     contains,
     has_word,
     inputs_among,
-    is_acceleration,
     is_called_angle,
     is_called_rate,
     is_command,
@@ -142,7 +141,7 @@ def is_unnamed(name: str) -> bool:
 def possible_rates(names: list[str]) -> list[tuple[str, str]]:
     """Pairs of columns of which the second may be the rate of the first by what their names state."""
     places = [n for n in names if kind_by_name(n) != "rate" and not contains(n, REFERENCE_NAMES)]
-    places = [n for n in places if not is_acceleration(n)]
+    places = [n for n in places if not is_no_place(n)]
     able = [n for n in names if kind_by_name(n) != "position" and not has_word(n, ERROR_NAMES)]
     return [(a, b) for a in places for b in able if a != b]
 
