@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import polars as pl
 import pytest
 import typer
 from rich.console import Console
@@ -50,6 +51,13 @@ def test_a_workspace_lives_from_new_to_history(workspace):
     assert removed["error_before"] < 1.05 * removed["noise_floor"] < 10 < removed["error_after"], "refitted"
     assert [e["change"] for e in json.loads(run("history", "--json", "-").stdout)["history"]] == [
         "add coulomb_drive", "remove coulomb_drive"]  # fmt: skip
+
+
+def test_what_is_wrong_with_a_held_out_log_is_said_too(workspace):
+    log = pl.read_csv("log.csv").with_columns(-pl.col("v_in"))
+    log.write_csv("turned.csv")
+    for command in ("compare", "diagnose"):
+        assert "turned.csv: v_in counts the other way" in run(command, "log.csv", "--holdout", "turned.csv").stderr
 
 
 def test_explain_prints_json_with_the_documented_keys_and_nothing_else(workspace):

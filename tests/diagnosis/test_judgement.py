@@ -293,6 +293,14 @@ def test_effects_that_the_data_of_the_fit_tell_apart_are_not_alike():
     assert not tilt.is_like(offset) and not bias.is_like(tilt)
 
 
+def test_laws_that_are_hardly_apart_are_alike_though_one_is_ahead_in_every_block():
+    offset = rival("voltage_offset", 85.7, 40.0 * BLOCKS, 300.0 * BLOCKS, 42.0 * BLOCKS)
+    one_way = rival("coulomb_asymmetry", 85.7, 40.0 * BLOCKS + 1e-3, 300.0 * BLOCKS + 2e-3, 42.0 * BLOCKS + 1e-3)
+    assert offset.is_like(one_way) and not one_way.clearly_leads(offset)
+    ahead = rival("coulomb_asymmetry", 85.7, 40.0 * BLOCKS + 0.5, 300.0 * BLOCKS + 2e-3, 42.0 * BLOCKS + 1e-3)
+    assert not offset.is_like(ahead) and ahead.clearly_leads(offset)
+
+
 def test_a_lesser_law_does_not_stand_in_for_one_that_clearly_leads_it_and_is_not_worth_a_step():
     spring = rival("tether_spring", 9.0, 0.7 * BLOCKS, 1.5 * BLOCKS)
     friction = rival("coulomb_drive", 190.0, 6.5 * BLOCKS, 1.5 * BLOCKS[::-1], 9.0 * BLOCKS)

@@ -174,3 +174,19 @@ def test_a_log_without_times_is_split_by_its_rows_and_the_rest_keeps_its_gap(tmp
     rest, held = (load_log(p, columns, table) for p in (found.rest, found.held_out))
     assert (len(rest), len(held)) == (220, 80) and held.duration == pytest.approx(79 * 0.025)
     assert np.diff(rest.t).max() == pytest.approx(81 * 0.025)
+
+
+def test_stamps_since_1970_tell_their_unit_where_the_stated_one_would_make_microseconds(tmp_path):
+    stamps = 1749713027.902 + 0.01 * np.arange(300)
+    rows = "\n".join(f"{t:.3f},{a:.4f}" for t, a in zip(stamps, ANGLE, strict=True))
+    (tmp_path / "log.csv").write_text(f"timestamp(ms),angle\n{rows}\n")
+    look = first_look(tmp_path / "log.csv")
+    assert 't = { column = "timestamp(ms)" }  # guessed: in s its stamps count since 1970' in look.model
+    assert look.log.t[1] == pytest.approx(0.01, rel=1e-3)
+
+
+def test_a_ramp_is_no_clock_beside_stamps_of_whole_seconds(tmp_path):
+    ramp = {"Time (s)": 1764251518 + np.arange(300) // 3, "Output": np.linspace(-250, 250, 300), "angle": ANGLE}
+    path = write(tmp_path / "log.csv", **ramp)
+    with pytest.raises(Failure, match=r"t must grow from row to row.*--interval S"):
+        survey_file(path)

@@ -141,7 +141,7 @@ def test_a_log_without_a_plant_says_which_command_starts_one(robot, tmp_path):
 
 def test_a_named_plant_without_any_position_is_refused(tmp_path, robot):
     columns = {"ms": robot["ms"], "pwm": robot["m"]}
-    with pytest.raises(Failure, match="must have other columns than no positions"):
+    with pytest.raises(Failure, match="wheel_pendulum has a position, and no column is one"):
         first_look(written(tmp_path, columns), WHEEL)
 
 

@@ -132,6 +132,30 @@ def test_the_log_before_an_unknown_stretch_is_used_too():
     assert both.error < 1.05 * both.noise_floor
 
 
+def test_a_part_in_one_piece_goes_over_no_gap_but_where_little_would_be_left():
+    log = made(np.sin(0.1 * np.arange(600)))
+    later = replace(log, t=log.t + 0.7 * (np.arange(600) >= 250))
+    part, remark = longest_known_part(later)
+    assert (len(part), part.t[0]) == (350, later.t[250]) and "elsewhere there is a gap." in remark
+    often = replace(log, t=log.t + 0.7 * (np.arange(600) // 20))
+    assert longest_known_part(often) == (often, "")
+
+
+def test_a_regression_does_not_integrate_over_a_gap():
+    t = 0.01 * np.arange(4000)
+    volts, speed, place = np.sign(np.sin(0.7 * t)) + np.sin(1.9 * t), 0.0, [0.0]
+    for u in volts[:-1]:  # 0.5 s² V/m of inertia, 1 V s/m of friction, each command held
+        change = (speed - u) * (1.0 - np.exp(-0.02))
+        place.append(place[-1] + 0.01 * u + (speed - u) * 0.5 * (1.0 - np.exp(-0.02)))
+        speed -= change
+    kept = (t < 15.0) | (t > 17.0)
+    columns = {"t": t[kept], "v_in": volts[kept], "x": np.array(place)[kept]}
+    model = Model.parse('plant = "slide"\neffects = ["viscous_drive"]\n')
+    found = identify(model, [columns], method="filtered").parameters
+    assert found["X1"].value == pytest.approx(0.5, rel=0.01)
+    assert found["viscous_drive.coefficient"].value == pytest.approx(1.0, rel=0.01)
+
+
 def test_a_part_in_one_piece_holds_no_jump_of_a_sensor():
     log = replace(made(switched_off()), breaks=(230, 450))
     part, remark = longest_known_part(log)

@@ -47,7 +47,16 @@ def test_samples_at_unequal_times_do_not_pass_for_noise(noise):
 def test_a_gap_makes_no_times_unequal():
     t = np.r_[np.arange(500), np.arange(700, 1200)] * 0.01
     values = np.sin(t) + 0.01 * np.random.default_rng(4).standard_normal(t.size)
-    assert white_noise.difference_estimates(values, t) == white_noise.difference_estimates(values)
+    with_gap, without = (white_noise.difference_estimates(values, own) for own in (t, None))
+    assert np.array(with_gap) == pytest.approx(np.array(without), rel=0.03)
+
+
+@pytest.mark.parametrize("rate", [10.0, 20.0, 100.0])
+def test_what_happens_in_a_gap_does_not_pass_for_noise(rate):
+    t = np.arange(0.0, 80.0, 1.0 / rate)
+    t = t[t % 4.0 < 3.3]  # a pause of 0.7 s every 4 s
+    values = np.sin(1.3 * t) + 1e-4 * np.random.default_rng(4).standard_normal(t.size)
+    assert white_noise.white_sigma(values, t=t) == pytest.approx(1e-4, rel=0.15)
 
 
 def test_missing_values_do_not_pass_for_noise():

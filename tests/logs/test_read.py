@@ -6,6 +6,7 @@ import pytest
 
 from tests.support import CHANNELS
 from wheelpend.errors import Failure
+from wheelpend.logs.checks import moves
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log, save_log
@@ -299,3 +300,10 @@ def test_a_torque_for_a_voltage_is_refused_with_the_entry_that_cures_it(tmp_path
         ColumnMap("tau", "Nm")
     message = failure(write(tmp_path, rows()), columns={"v_in": ColumnMap("v_in", "mN m")})
     assert 'If the machine is commanded a torque, say so: [input] unit = "N m".' in message
+
+
+def test_what_shakes_fast_about_one_place_moves():
+    t = np.arange(2500) * 4e-4
+    noise = 2e-6 * np.random.default_rng(7).standard_normal(t.size)
+    assert moves(0.015 * np.sin(2 * np.pi * 50.0 * t) + noise, 4e-4)  # whole periods in a tenth of a second
+    assert not moves(noise, 4e-4)

@@ -151,3 +151,11 @@ def commanded():
 )
 def test_what_does_not_count_does_not_overflow(values):
     assert overflowing_count(values) == 0.0
+
+
+def test_an_odd_reading_at_first_is_left_out_and_what_follows_does_not_start_again():
+    way = 0.02 * np.arange(300.0)
+    way[0] = 335.7
+    values, (remark,) = make_continuous("theta_1", way, np.arange(300) * 0.01, "m")
+    assert np.isnan(values[0]) and values[1:].tolist() == way[1:].tolist()
+    assert remark == "theta_1 begins with a reading far off zero, from which it goes on: left out."

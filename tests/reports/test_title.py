@@ -114,7 +114,7 @@ def test_without_a_step_the_title_is_the_verdict():
 def test_without_a_step_the_title_says_what_the_model_already_has():
     added = {"coulomb_drive.torque": DRY[1]["torque"]}
     dry = "Dry friction in motor and gearbox (coulomb_drive), 0.3 V"
-    assert title(has=added) == f"Nothing more is missing in this model with {dry}"
+    assert title(has=added) == f"Nothing more is missing in this model: {dry}"
     ripple = {f"cogging.{n}": e for n, e in RIPPLE[1].items()}
-    assert title(has=added | ripple).startswith(f"Nothing more is missing in this model with {dry}; ")
+    assert title(has=added | ripple).startswith(f"Nothing more is missing in this model: {dry}; ")
     assert title(has=added, verdict="unexplained") == "Something is missing that the library does not hold"

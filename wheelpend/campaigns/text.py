@@ -103,7 +103,7 @@ def _parameters_text(result: Campaign) -> TextBlocks:
     if measured:
         rows = [_agreement_cells(n, row) for n, row in measured.items()]
         yield Table(f"Parameters{ending} over the logs", AGREEMENT_COLUMNS, rows)
-        yield from _agreement_sentences(measured, summary.disagreeing, result.method)
+        yield from _agreement_sentences(measured, summary.disagreeing, result.method, asked=bool(summary.verdicts))
 
 
 def _recovery_text(title: str, rows: Mapping[str, ParameterRecovery]) -> TextBlocks:
@@ -126,18 +126,17 @@ def _agreement_cells(name: str, row: ParameterAgreement) -> tuple[str, ...]:
 
 
 def _agreement_sentences(
-    rows: Mapping[str, ParameterAgreement], disagreeing: Sequence[str], method: str | None
+    rows: Mapping[str, ParameterAgreement], disagreeing: Sequence[str], method: str | None, *, asked: bool
 ) -> Iterator[str]:
+    """Where the logs do not agree, and why that may be; ``asked`` says that each was asked already what it lacks."""
     for name in disagreeing:
         if (far := rows[name].furthest) is not None:
             which = f"furthest off is {far.log}, by" if rows[name].logs > 2 else "they differ by"
             yield f"The logs do not agree on {name}: {which} {digits_text(far.sigmas, 3)} standard errors."
     if disagreeing:
         noise = ", or noise biases the method, which --method shooting does not suffer" * (method in LEAST_SQUARES)
-        yield (
-            f"The machine changes from log to log, or the model misses something{noise}. --do diagnose asks each log "
-            "what is missing."
-        )
+        ask = "" if asked else " --do diagnose asks each log what is missing."
+        yield f"The machine changes from log to log, or the model misses something{noise}.{ask}"
     elif any(r.degrees for r in rows.values()):
         yield "The logs agree: they scatter no more than their standard errors allow."
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MAX_SEEDS = 100_000  # draws of noise, each a simulation or more
 
-Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
+Logs = Annotated[list[Path], typer.Argument(help="Measurement files: CSV, Parquet, MATLAB, bags.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
 Against = Annotated[
     list[Path] | None, typer.Option("--against", metavar="OTHER.toml", help="Another model; repeat for several.")
@@ -29,7 +29,7 @@ Accept = Annotated[
 ]
 Data = Annotated[list[Path] | None, typer.Option("--data", help="The same, by an option.")]
 OptionalLogs = Annotated[
-    list[Path] | None, typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)
+    list[Path] | None, typer.Argument(help="Measurement files: CSV, Parquet, MATLAB, bags.", show_default=False)
 ]
 RefitLogs = Annotated[list[Path] | None, typer.Argument(help="Logs to refit on.", show_default=False)]
 ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]

@@ -25,11 +25,12 @@ def overstated_noise(
     """
     ratio = error / problem.floor
     states = 2 * problem.module.NQ * sum(len(s.bounds) for s in segments)
-    count = max(sum(s.values for s in segments) - states, 1)
+    values = sum(s.values for s in segments)
+    count = max(values - states, 1)
     chance = MIN_CHANCE_SIGMAS * np.sqrt(2.0 / count)
     if not ratio < MAX_ERROR_FLOOR_RATIO or 1.0 - ratio**2 < chance:
         return ()
-    quiet = _quiet_channels(segments, residuals)
+    quiet = _quiet_channels(segments, residuals, values / count)
     where = f" ({', '.join(f'{name} {size:.2g} σ' for name, (size, _) in quiet.items())})" if quiet else ""
     return (
         f"The error {error:.2g} is well below the noise floor {problem.floor:.2g}{where}: σ is overstated, so that "
@@ -47,11 +48,16 @@ def _stated_text(quiet: Mapping[str, tuple[float, float]]) -> str:
     return f" under [sensors] in model.toml: noise = {{ {stated} }}"
 
 
-def _quiet_channels(segments: Sequence[Segments], residuals: Sequence[np.ndarray]) -> dict[str, tuple[float, float]]:
-    """Channels whose residuals are well below σ, with their root mean squares in σ and in the channel's unit."""
+def _quiet_channels(
+    segments: Sequence[Segments], residuals: Sequence[np.ndarray], inflation: float
+) -> dict[str, tuple[float, float]]:
+    """Channels whose residuals are well below σ, with their root mean squares in σ and in the channel's unit.
+
+    ``inflation`` is of their squares, for the states that every segment's fit has taken from them.
+    """
     if not residuals:
         return {}
     squares = [c[np.isfinite(c)] ** 2 for c in np.concatenate(list(residuals)).T]
-    sizes = [float(np.sqrt(s.mean())) if s.size else np.inf for s in squares]
+    sizes = [float(np.sqrt(inflation * s.mean())) if s.size else np.inf for s in squares]
     rows = zip(segments[0].log.channels, sizes, segments[0].sigma, strict=True)
     return {name: (size, size * float(sigma)) for name, size, sigma in rows if size < MAX_ERROR_FLOOR_RATIO}

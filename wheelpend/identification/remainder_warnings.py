@@ -24,6 +24,7 @@ from wheelpend.identification.remainder import Remainder
 from wheelpend.kernels.kernel_module import KernelModule
 
 LARGE_FORCE_SHARE = 0.5  # of the modelled forces on a row: from there on chance has more weight than they
+ABOUT_AS_LARGE = 0.8  # of the same
 HIDING_FORCE_SHARE = 0.02  # of the same: from there on what it stands for may hide a parameter
 LARGE_ERROR_SHARE = 0.5  # of a channel's standard deviation: from there on its error is what it reads
 LARGE_UNPREDICTED_SHARE = 0.25  # of the motion's mean square over the horizon, half of its size: the model misses it
@@ -51,7 +52,7 @@ def _erring_sensors(left: Remainder) -> list[str]:
 
 
 def remainder_warnings(left: Remainder | None, plant: PlantSignature) -> tuple[str, ...]:
-    """A warning where chance pushes as hard as all that is modelled; of the input too where a plant has one.
+    """A warning where chance pushes half as hard as all that is modelled, or harder; of the input where there is one.
 
     Or where sensors are said to err by what the model misses.
     """
@@ -63,7 +64,8 @@ def remainder_warnings(left: Remainder | None, plant: PlantSignature) -> tuple[s
                 "`wheelpend inspect LOG`, and whether the machine is one that the plant describes.",)  # fmt: skip
     of_input = ", and log the mean of the input from row to row where the controller is faster than the log"
     further = of_input if plant.driven_ports else ""
-    return (f"More than half of the motion's forces are unmodelled: a random force as large as {plant.drive_words} is "
+    size = "as large as" if left.share >= ABOUT_AS_LARGE else "more than half as large as"
+    return (f"More than half of the motion's forces are unmodelled: a random force {size} {plant.drive_words} is "
             f"left. Values mean little yet. Check units, signs and clock with `wheelpend inspect LOG`{further}; "
             "what is missing `wheelpend diagnose LOG` says.",)  # fmt: skip
 
@@ -117,7 +119,9 @@ def undetermined_warnings(
     }  # fmt: skip
     zero = [n for n in found if (row := effect_parameter(n, plant)) and row.absent == 0.0]
     own = [n for n in found if n not in zero]
-    cure = "`wheelpend design` writes the command for a log that does." if plant.driven else "Record larger motion."
+    cure = (
+        "`wheelpend design` writes the command for a log that does." if plant.is_balanced else "Record larger motion."
+    )
     judges = not determine_nothing(table, plant) or any(effect_parameter(n, plant) is None for n in told)
     nothing = "" if judges else " They judge no model: what they are said to miss, or not, means nothing."
     share = left.share if left else 0.0

@@ -165,8 +165,10 @@ def clock_reason(survey: Survey) -> str:
     if survey.times != "read" or name == f"{NAMELESS_PREFIX}1":
         return ""
     if is_called_time(name):
-        guessed = survey.clock.unit != "s" and not stated_clock_unit(name)
-        return f"no unit is said; {survey.clock.unit}, by how far its rows are apart" if guessed else ""
+        stated, read_in = stated_clock_unit(name), survey.clock.unit
+        if stated and stated != read_in:
+            return f"in {read_in} its stamps count since 1970, as they hardly do in {stated}"
+        return f"no unit is said; {read_in}, by how far its rows are apart" if read_in != "s" and not stated else ""
     called = next((c.name for c in survey.columns if is_called_time(c.name)), "")
     if called:
         return f"{called} does not grow from row to row, and this one does"
@@ -321,13 +323,11 @@ def no_plant_text(survey: Survey, plant: str) -> str:
     places_found = survey.of_role("position")
     inputs, places = (count(len(survey.of_role(r)), r) for r in ("input", "position"))
     taken = ", ".join(f"{c.name} is {c.words}" for c in survey.columns)
-    what = (
-        f"the plant {plant} must have other columns than {places} and {inputs}"
-        if plant
-        else f"no plant has {places} and {inputs}"
-    )
-    if not (plant or places_found):
-        what = f"every plant has a position, and no column is one ({inputs})"
+    if places_found:
+        what = f"the plant {plant} must have other columns than" if plant else "no plant has"
+        what += f" {places} and {inputs}"
+    else:
+        what = f"{f'the plant {plant}' if plant else 'every plant'} has a position, and no column is one ({inputs})"
     further = [c.name for c in survey.columns if c.role == "further"]
     speeds = [n for n in further if is_no_place(n) and not is_acceleration(n)]
     integrate = (

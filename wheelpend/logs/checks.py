@@ -17,6 +17,7 @@ from wheelpend.logs.white_noise import difference_noise
 
 MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squares of it are far from overflowing
 READABLE_INTERVALS_S = 1e-12, 1e12  # s; with the right unit no log is beyond, and a wrong one can still be told
+MIN_SHAKING_SIGMAS = 20.0  # of white noise, by which a channel is off its mean that moves within such a block
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
 MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
 INTERVAL_CURE = (
@@ -139,13 +140,18 @@ def stillness(log: Log, table: ColumnTable) -> str:
 
 
 def moves(values: np.ndarray, dt: float) -> bool:
-    """True of a channel (N,) whose means over MOTION_BLOCK_S differ by more than its white noise makes them."""
+    """True of a channel (N,) whose means over MOTION_BLOCK_S differ by more than its white noise makes them.
+
+    Or that is far from its mean, as what shakes to and fro within such a block.
+    """
     known = values[np.isfinite(values)]
     length = max(round(MOTION_BLOCK_S / dt), 1)
     means = known[: len(known) // length * length].reshape(-1, length).mean(axis=1)
     if len(means) < 2:
         return True
-    return bool(np.ptp(means) > STILL_BAND_SIGMAS * difference_noise(known) / math.sqrt(length))
+    noise = difference_noise(known)
+    shakes = float(np.std(known)) > MIN_SHAKING_SIGMAS * noise
+    return shakes or bool(np.ptp(means) > STILL_BAND_SIGMAS * noise / math.sqrt(length))
 
 
 def log_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSource]) -> list[str]:

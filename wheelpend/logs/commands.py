@@ -6,6 +6,8 @@ used. A sparse column is another thing: every command is held until the next one
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from wheelpend.errors import Failure
@@ -14,6 +16,7 @@ from wheelpend.logs.runs import runs_of
 from wheelpend.numerics import last_true
 
 MIN_PART_SAMPLES = 20  # samples, the shortest log that is read
+MIN_PIECE_SHARE = 0.1  # of a log, that a part between gaps has at least: else they are borne
 MIN_SPARSE_SHARE = 0.5  # of the cells, empty in a sparse column
 MIN_FOLLOWED_SHARE = 0.8  # of its values, followed by an empty cell; of cells lost at random this many would be most
 
@@ -53,18 +56,23 @@ def unknown_stretches(inputs: np.ndarray) -> list[tuple[int, int]]:
 
 
 def longest_known_part(log: Log) -> tuple[Log, str]:
-    """The longest part without a break and without a command unknown for longer than a gap; says where it is not all.
+    """The longest part without a break, a gap and a command unknown for longer than one; says where it is not all.
 
-    For methods that take a log in one piece; single lost commands are left to their interpolation.
+    For methods that take a log in one piece; single lost commands are left to their interpolation. Gaps are borne where
+    hardly a sample would be left between them.
     """
     longest = GAP_INTERVAL_RATIO * log.dt
     unknown = [(a, b) for a, b in unknown_stretches(log.inputs) if (b - a) * log.dt > longest]
-    breaks = [(k, k) for k in log.breaks if not any(a <= k <= b for a, b in unknown)]
-    cuts = sorted([*unknown, *breaks])
-    if not cuts:
+    pauses = [int(k) + 1 for k in np.flatnonzero(np.diff(log.t) > log.longest_interval)]
+    breaks, gaps = (
+        [(k, k) for k in map(int, at) if not any(a <= k <= b for a, b in unknown)] for at in (log.breaks, pauses)
+    )
+    begin, end = _longest_between([*unknown, *breaks, *gaps], len(log))
+    if gaps and end - begin < MIN_PIECE_SHARE * len(log):
+        gaps = []
+        begin, end = _longest_between([*unknown, *breaks], len(log))
+    if (begin, end) == (0, len(log)):
         return log, ""
-    edges = [0, *(k for cut in cuts for k in cut), len(log)]
-    begin, end = max(zip(edges[::2], edges[1::2], strict=True), key=lambda part: part[1] - part[0])
     part = log.part(begin, end)
     if end - begin < MIN_PART_SAMPLES:
         raise Failure(
@@ -72,11 +80,18 @@ def longest_known_part(log: Log) -> tuple[Log, str]:
             f"between stretches without any and jumps of a sensor has {end - begin}. Record a log in which the input "
             "is always written and no sensor jumps."
         )
-    why = [*(["the input is unknown for a while"] if unknown else []), *(["a sensor jumps"] if breaks else [])]
+    reasons = (("the input is unknown for a while", unknown), ("a sensor jumps", breaks), ("there is a gap", gaps))
+    why = [text for text, cuts in reasons if cuts]
     return part, (
         f"Only the part from t = {part.t[0]:.6g} s to {part.t[-1]:.6g} s is used: this method takes a log in one "
         f"piece, and elsewhere {' and '.join(why)}. `--method shooting` uses all parts."
     )
+
+
+def _longest_between(cuts: Sequence[tuple[int, int]], count: int) -> tuple[int, int]:
+    """The longest part of so many samples between ranges that are cut out, from its first sample to behind its last."""
+    edges = [0, *(k for cut in sorted(cuts) for k in cut), count]
+    return max(zip(edges[::2], edges[1::2], strict=True), key=lambda part: part[1] - part[0])
 
 
 def unknown_input_text(name: str, t: np.ndarray, values: np.ndarray) -> str:

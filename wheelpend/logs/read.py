@@ -28,17 +28,19 @@ from wheelpend.logs.checks import (
 )
 from wheelpend.logs.columns import DEFAULT_TABLE, ROW_NUMBER, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.commands import held_commands
-from wheelpend.logs.log import Log, stack_inputs
+from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.noise import noise_of_values
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
-from wheelpend.logs.units import unit_ending
+from wheelpend.logs.units import UNIT_CONVERSIONS, unit_ending
 from wheelpend.logs.unwrap import make_continuous
 from wheelpend.numerics import last_true
 
 CLOCK_UNITS = {"micros": "us", "millis": "ms"}  # units that clocks are called after
+EPOCH_S = (9.5e8, 2.5e9)  # s since 1970, of logs from the year 2000 on
+MIN_USUAL_INTERVAL_S = 1e-4  # s between samples, below which a stated unit is doubted
 MAX_CLOCK_SPREAD = 0.5  # of a usual interval, by which half of a clock's differ at most
 MAX_SPREAD_FROM_BELOW = 0.05  # the same of one that begins below zero, as before a trigger
 
@@ -243,9 +245,10 @@ def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap
     """The column of the times, with its unit: the likely one, or else one that grows as a clock does.
 
     Of those that grow from row to row the first that grows evenly and counts no rows, then one that does, then any.
-    What begins below zero is a clock only where it is as even as one: a speed that comes to rest grows too.
+    What begins below zero is a clock only where it is as even as one, and no other column is called so: a speed that
+    comes to rest grows too, and so does a commanded ramp.
     """
-    growing: dict[str, tuple[int, np.ndarray]] = {}
+    growing: dict[str, tuple[int, np.ndarray]] = {}  # by name: its rank, and its values
     for name in (*([likely] if likely else []), *free):
         try:
             values = file.read([name])[name]
@@ -254,11 +257,11 @@ def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap
         steps = np.diff(values)
         if not (len(steps) and np.isfinite(values).all() and (steps > 0).all()):
             continue
-        if values[0] < 0.0 and name != likely and step_spread(steps) > MAX_SPREAD_FROM_BELOW:
+        if values[0] < 0.0 and name != likely and (likely or step_spread(steps) > MAX_SPREAD_FROM_BELOW):
             continue
-        growing.setdefault(name, (clock_rank(steps), steps))
+        growing.setdefault(name, (clock_rank(steps), values))
         if name == likely or growing[name][0] == 0:
-            return clock_map(name, steps)
+            return clock_map(name, values)
     best = min(growing, key=lambda n: growing[n][0], default="")
     return clock_map(best, growing[best][1]) if best else None
 
@@ -276,10 +279,17 @@ def step_spread(steps: np.ndarray) -> float:
     return float((high - low) / usual)
 
 
-def clock_map(name: str, steps: np.ndarray) -> ColumnMap:
-    """A column of times with the unit of its name, or else of the interval between its samples."""
-    unit = stated_clock_unit(name) or unit_of_interval(float(np.median(steps))) or "ns"
-    return ColumnMap(name, unit)
+def clock_map(name: str, values: np.ndarray) -> ColumnMap:
+    """A column of times (N,) with the unit of its name, or else of the interval between its samples.
+
+    Stamps since 1970 tell their unit, where that of the name would make a sample of microseconds.
+    """
+    interval, stated = float(np.median(np.diff(values))), stated_clock_unit(name)
+    if stated and interval * UNIT_CONVERSIONS[stated][1] < MIN_USUAL_INTERVAL_S:
+        sizes = {unit: UNIT_CONVERSIONS[unit][1] for unit in ("s", "ms", "us", "ns")}
+        since_1970 = (u for u, size in sizes.items() if EPOCH_S[0] < values[0] * size < EPOCH_S[1])
+        stated = next((u for u in since_1970 if interval * sizes[u] <= MAX_SAMPLE_INTERVAL_S), stated)
+    return ColumnMap(name, stated or unit_of_interval(interval) or "ns")
 
 
 def stated_clock_unit(name: str) -> str:

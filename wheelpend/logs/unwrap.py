@@ -18,6 +18,7 @@ MAX_NEIGHBOUR_INTERVAL_RATIO = 5.0  # times the usual interval, up to which samp
 COUNTER_BITS = range(8, 33)  # of a counter that overflows, or of an encoder's turn
 MIN_WHOLE_VALUES = 20  # different whole numbers, of such a counter
 MIN_COVERED_SHARE = 0.9  # of what its bits can count, that it has counted
+MIN_COUNTED_SAMPLES = 3  # that an encoder has counted before it started again
 MIN_RESET_SAMPLES = 10  # samples that an encoder which started again stays there
 
 
@@ -44,6 +45,12 @@ def make_continuous(
         remarks.append(f"{name} jumps by {full:.0f} counts: its counter overflows, and is made continuous.")
         values = unwrapped(values, full * abs(count))
     resets = find_counter_resets(values[known], adjacent) if can_reset else np.zeros(0, dtype=int)
+    if len(resets) and resets[0] < MIN_COUNTED_SAMPLES:  # nothing had been counted yet
+        values = values.copy()
+        values[known[: resets[0]]] = np.nan
+        what = "a reading" if resets[0] == 1 else f"{resets[0]} readings"
+        remarks.append(f"{name} begins with {what} far off zero, from which it goes on: left out.")
+        known, resets = known[resets[0] :], resets[1:] - resets[0]
     if len(resets):
         steps = np.diff(values[known], prepend=values[known][0])
         steps[resets] = 0.0

@@ -10,7 +10,7 @@ from math import comb
 
 import numpy as np
 
-from wheelpend.logs.log import Log
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.numerics import last_true
 
 DIFFERENCE_ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
@@ -53,9 +53,12 @@ def difference_estimates(signal: np.ndarray, t: np.ndarray | None = None) -> lis
     """
     found = []
     signal, t = _readings(signal, t)
+    beyond = np.zeros(0) if t is None else _is_gap(t)
     for times in (None,) if t is None or _is_regular(t) else (None, t):
         for order in DIFFERENCE_ORDERS:
             squares = _differences(signal, times, order) ** 2
+            if beyond.any():  # what happened in a gap is no noise
+                squares[np.convolve(beyond, np.ones(order), "valid") > 0.0] = np.nan
             squares = squares[np.isfinite(squares)]  # a missing value leaves no difference
             if squares.size <= 10:
                 break
@@ -70,6 +73,12 @@ def _readings(signal: np.ndarray, t: np.ndarray | None) -> tuple[np.ndarray, np.
     if read.size < 2 or np.median(np.diff(read)) < 2:
         return signal, t
     return signal[read], None if t is None else t[read]
+
+
+def _is_gap(t: np.ndarray) -> np.ndarray:
+    """1.0 for every step (N - 1,) between times (N,) that is far longer than most, 0.0 for others."""
+    steps = np.diff(t)
+    return (steps > GAP_INTERVAL_RATIO * np.median(steps)).astype(float) if steps.size else np.zeros(0)
 
 
 def _is_regular(t: np.ndarray) -> bool:

@@ -54,6 +54,7 @@ CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either par
 ONE_STANDARD_ERROR = 0.317  # p-value of one size that is a standard error off nothing, with many blocks
 MIN_FORCE_SHARE = 1e-3  # of the drive on its row: below that a force is negligible
 SPARED_SHARE = 0.9  # of the random force, which an effect takes the place of
+MIN_TOLD_GAIN = 1.0  # nats: below that data tell nothing apart, however much alike the blocks are
 MAX_SHARE = 10.0  # of the drive on its row, from which a force says that next to nothing drives it
 
 
@@ -171,9 +172,13 @@ class Judged(NamedTuple):
         return len(derive.effects.find(self.candidate.effect).parameters)
 
     def lead_over(self, other: Judged) -> tuple[float, float]:
-        """By how many standard errors between blocks held-out data are likelier, and nearer over the horizon."""
+        """By how many standard errors between blocks held-out data are likelier, and nearer over the horizon.
+
+        None where the difference is negligible: of two laws that are hardly apart on these data one may be ahead in
+        every block, by next to nothing.
+        """
         gains = gain_in_blocks(other.predicted, self.predicted)
-        return gain_statistic(gains), gain_statistic(self.falls - other.falls)
+        return told_statistic(gains), told_statistic(self.falls - other.falls)
 
     def is_like(self, other: Judged) -> bool:
         """True where data are as likely as with another effect, those of the fit and those held out, and these as near
@@ -208,7 +213,7 @@ class Judged(NamedTuple):
 
     def _statistics_over(self, other: Judged) -> tuple[float, float, float]:
         """Standard errors between blocks by which data of the fit are likelier, and the lead on held-out data."""
-        return gain_statistic(self.rises - other.rises), *self.lead_over(other)
+        return told_statistic(self.rises - other.rises), *self.lead_over(other)
 
 
 class JudgedModel(NamedTuple):
@@ -263,6 +268,11 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     in_sample = base.model.deviance - larger.deviance
     forces = falls_of_force(base.model, larger)
     return Judged(candidate, larger, predicted, gains, in_sample, *forces, rises, falls, relative_falls, follows)
+
+
+def told_statistic(gains: np.ndarray) -> float:
+    """The mean of gains in blocks (blocks,) [nats, half squares] over its standard error; 0 where they tell nothing."""
+    return gain_statistic(gains) if abs(float(gains.sum())) > MIN_TOLD_GAIN else 0.0
 
 
 def agreement(*kinds: np.ndarray) -> str:
@@ -432,12 +442,13 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
 
 
 def _plainer_than(one: Judged, others: Sequence[Judged]) -> tuple[str, ...]:
-    """Effects that come before one: what it contains or approaches, and the friction that it varies, if that does as
-    well.
+    """Effects that come before one: what it contains or approaches, and of a difference between directions whatever
+    does as well and is none: the friction that it varies, or on a machine that goes one way an offset.
     """
-    varied = derive.effects.find(one.candidate.effect).varies
-    alike = [o.candidate.effect for o in others if o.candidate.effect == varied and o.is_like(one)]
-    return (*simpler_than(one), *alike)
+    if not derive.effects.find(one.candidate.effect).varies:
+        return simpler_than(one)
+    plain = (o for o in others if not derive.effects.find(o.candidate.effect).varies and o.size <= one.size)
+    return (*simpler_than(one), *(o.candidate.effect for o in plain if o.is_like(one)))
 
 
 def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:

@@ -78,7 +78,7 @@ def _force_sentences(force: RowForce, place: str, model: Model, begin: str) -> l
     unit = "" if force.unit == "1" else f" {force.unit}"
     found = (f"{begin} a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "
              f"correlation time {time_text(force.correlation_time_s)}{negligible}.")  # fmt: skip
-    if not force.at_bound:
+    if not force.at_bound or negligible:
         return [found]
     return [found, "Its correlation time is the longest that is allowed on this log (1 s, or a twentieth of the log): "
             "what is left is slower than that, so rather a law, an offset or a drift that is missing "

@@ -103,6 +103,9 @@ def _colour_text(one: ChannelResidual) -> str:
 def _colour_cause(one: ChannelResidual) -> str:
     if one.sigma_ratio > MAX_RIGHT_RATIO:
         return f"It is {digits_text(one.sigma_ratio, 2)} times as large as expected: something is missing in the model."
+    if not _is_of_expected_size(one):
+        size = f"{digits_text(one.sigma_ratio, 2)} times as large as expected"
+        return f"It is {size}: the noise that is assumed of this channel is too large."
     return "Its size is as expected: a small law, a filter of the sensor, or rounding to steps."
 
 

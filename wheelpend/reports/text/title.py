@@ -56,7 +56,7 @@ def _without_steps(explanation: Ladder) -> str:
     if left is not None and left.instead:
         beside = f" beside {'; '.join(k[:1].lower() + k[1:] for k in known)}" if known else ""
         return f"What remains{beside} may be chance or {' or '.join(left.instead)}: these logs do not tell"
-    return f"Nothing more is missing in this model with {'; '.join(known)}" if known else (
+    return f"Nothing more is missing in this model: {'; '.join(known)}" if known else (
         "Nothing is missing in this model")  # fmt: skip
 
 
