@@ -101,7 +101,7 @@ def test_inertias_are_the_columns_with_accelerations():
 
 
 def test_a_log_too_short_to_differentiate_is_refused():
-    with pytest.raises(Failure, match=r"uninterrupted stretch of at least 0\.2 s"):
+    with pytest.raises(Failure, match=r"uninterrupted stretch of at least 0\.4 s"):
         identify(AXIS, [controlled_axis(100, 1e-3, 3.0, seconds=0.3)], method="inverse")
 
 

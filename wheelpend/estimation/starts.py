@@ -47,8 +47,9 @@ def start_candidates(problem: EstimationProblem) -> list[dict[str, float]]:
     log = log.part(0, min(len(log), MAX_START_SAMPLES))
     found = [*([complete] if complete else []), *_regressed_starts(problem, log, known)]
     if not found:
+        shortest = next((t for t in START_TIME_CONSTANTS_S if t > 4 * log.dt), START_TIME_CONSTANTS_S[-1])
         raise Failure(
-            f"{log.name} must last at least {4 * START_TIME_CONSTANTS_S[0]} s to start without nominal values; "
+            f"{log.name} must last more than {4 * shortest:g} s in one piece to start without nominal values; "
             f"it lasts {log.duration:.3f} s. Give nominal values in [parameters]."
         )
     return found

@@ -72,8 +72,9 @@ def inverse_dynamics(
     cutoff = chosen_cutoff(sides, fit_at) if sides else None
     fitted = fit_at(cutoff) if cutoff else None
     if cutoff is None or fitted is None:
+        least = max(MIN_STRETCH_S, MIN_STRETCH_SAMPLES * log.dt)
         raise Failure(
-            f"{log.name} must hold an uninterrupted stretch of at least {MIN_STRETCH_S:g} s for its motion to be "
+            f"{log.name} must hold an uninterrupted stretch of at least {least:.3g} s for its motion to be "
             "differentiated. Use `--method shooting`."
         )
     return InverseDynamics(fitted, cutoff)

@@ -98,7 +98,7 @@ def time_constant_pairs(log: Log) -> list[Tau]:
     first, last = MIN_TIME_CONSTANT_SAMPLES * log.dt, MAX_TIME_CONSTANT_LOG_SHARE * log.duration
     if last < 2.0 * first:
         raise Failure(
-            f"{log.name} must last at least {round(2 * MIN_TIME_CONSTANT_SAMPLES / MAX_TIME_CONSTANT_LOG_SHARE)} "
+            f"{log.name} must last at least {round(2 * MIN_TIME_CONSTANT_SAMPLES / MAX_TIME_CONSTANT_LOG_SHARE) + 1} "
             f"samples to choose time constants; it has {len(log)}. Give --tau T1,T2."
         )
     times = [float(f"{t:.3g}") for t in np.geomspace(first, last, TIME_CONSTANT_COUNT)]

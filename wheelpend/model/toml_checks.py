@@ -196,7 +196,8 @@ def checked(check: Check, value: object, place: str = "") -> Any:
     try:
         return check(value, place)
     except InvalidValue as wrong:
-        raise Failure("; ".join(wrong.args) + ".") from wrong
+        said = "; ".join(wrong.args)
+        raise Failure(said if said.endswith((".", "?")) else f"{said}.") from wrong
 
 
 def check_known(what: str, names: Iterable[str], known: Collection[str], place: str = "") -> None:
