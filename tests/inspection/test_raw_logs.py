@@ -441,3 +441,11 @@ def test_a_motors_voltage_by_its_letters_is_the_input(tmp_path):
     assert (found.of_role("input"), found.of_role("position")) == (["V_m"], ["theta_m"])
     torque = write_csv(tmp_path / "torque.csv", {"t": columns["t"], "tau_m": columns["u"], "q": columns["x"]})
     assert 'unit = "N m"' in first_look(torque).model
+
+
+def test_a_speed_that_the_plant_has_no_place_for_is_not_summed(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = "\n".join(f"{0.02 * k},{np.sin(k)},{0.1 * k},{0.01 * k},{np.cos(0.1 * k)}" for k in range(200))
+    path.write_text(f"t,v_in,theta_w,theta_p,dtheta_p\ns,V,deg,nothing,?\n{rows}\n")  # the rate alone holds numbers
+    assert survey_file(path).speed == "dtheta_p"
+    assert "summed" not in " ".join(first_look(path).proposal.sentences)

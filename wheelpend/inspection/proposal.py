@@ -107,7 +107,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     if "t" not in guesses and (reason := clock_reason(survey)):
         reasons["t"] = reason
         sentences.append(guess_sentence("t", survey.clock.column, reason))
-    if survey.speed:
+    if SUMMED_PLACE in best.columns.values():
         maps |= (speeds := summed_speed(survey, best, maps))
         reasons |= dict.fromkeys(speeds, SUMMED_REASON + ("" if stated_unit(survey.speed) else UNKNOWN_SPEED_UNIT))
         sentences.append(f"Nothing in {survey.file} is a place: {survey.speed}, a speed, is summed over time.")
