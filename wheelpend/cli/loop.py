@@ -109,7 +109,7 @@ def identify(
 def _print_judged(asked: Asked, judge: Callable, text: Callable, **options: Any) -> Any:
     """Say what the logs' faults are, then what a judgement of the model on them finds, its warnings first."""
     opened, logs = open_model(asked.model, asked.plant), list(map(Path, asked.logs))
-    said = print_log_findings([*logs, *map(Path, asked.holdout)], opened)
+    said = print_log_findings(logs, opened, list(map(Path, asked.holdout)))
     with progress("reading") as update:
         result = judge(opened, logs, **options, progress=update)
     print_warnings(result.warnings, said)
@@ -174,7 +174,7 @@ def diagnose(
 
     with exit_on_failure(json), opened_to_change(model, plant, accept is not None) as opened:
         check_law_name(opened, accept)
-        said = print_log_findings([*logs, *(holdout or [])], opened)
+        said = print_log_findings(logs, opened, holdout)
         with progress("reading") as update:
             asked = LawRequest(law or accept is not None, accept is not None)
             options = {"without": without or [], "law": asked.law}
@@ -252,7 +252,7 @@ def explain(
 
     with exit_on_failure(json), opened_to_change(model, plant, save or accept is not None) as opened:
         check_law_name(opened, accept)
-        said = print_log_findings([*logs, *(holdout or [])], opened)
+        said = print_log_findings(logs, opened, holdout)
         with progress("reading") as update:
             asked, left_out = LawRequest(law or accept is not None, accept is not None), without or []
             options = {"max_effects": max_effects, "without": left_out, "law": asked.law}

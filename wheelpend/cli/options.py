@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -206,14 +206,14 @@ def _number(text: str, option: str) -> float:
         raise Failure(f"{option} must give numbers, but '{text.strip()}' is none.") from None
 
 
-def print_log_findings(logs: list[Path], model: Model) -> list[str]:
-    """Print what inspection finds in the logs, as warnings before a result; returns what was said."""
+def print_log_findings(logs: Sequence[Path], model: Model, holdout: Sequence[Path] | None = None) -> list[str]:
+    """Print what inspection finds in logs, those held out too, as warnings before a result; returns what was said."""
     # imported late: the list of commands needs neither logs nor NumPy
     from wheelpend.estimation.data import read_logs
     from wheelpend.inspection.inspect import inspect_for_model
 
     said = []
-    for log in read_logs(logs, model):
+    for log in read_logs([*logs, *(holdout or [])], model):
         findings = [f for f in inspect_for_model(model, log).findings if not log.has_said(f.sentence)]
         said += [f"{log.name}: {f.sentence} {f.cure}".strip() for f in findings]
     print_warnings(said)

@@ -17,6 +17,7 @@ NO_READINGS = ("err", "error", "cmd", "sp", "set", "des", "pid", "out", "integra
 ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
+BODY_SENSORS = ("gyro", "imu")
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt", "angul", "angol", "winkel")  # es, pt, it, de too
 CLOCK_NAMES = ("time", "stamp", "micros", "millis")  # beginnings of words
 SECOND_NAMES = ("sec", "secs", "seconds", "msec", "usec", "nsec", "nsecs")  # whole words: no section, no second_q
@@ -129,6 +130,11 @@ def is_called_angle(name: str) -> bool:
     """True of a column that is called an angle that is read: no set point, no error and no acceleration of one."""
     controls = contains(name, REFERENCE_NAMES) or any(w in NO_READINGS for w in words_of(name))
     return has_word(name, ANGLE_NAMES) and not controls and not is_acceleration(name)
+
+
+def is_of_gyro(name: str) -> bool:
+    """True of a column that is called after a body's gyro."""
+    return has_word(name, BODY_SENSORS) or is_gyro_axis(name)
 
 
 def is_no_place(name: str) -> bool:

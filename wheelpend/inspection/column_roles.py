@@ -11,6 +11,7 @@ from scipy.ndimage import median_filter
 
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
+    BODY_SENSORS,
     ERROR_NAMES,
     REFERENCE_NAMES,
     contains,
@@ -19,7 +20,6 @@ from wheelpend.inspection.column_names import (
     is_called_angle,
     is_called_rate,
     is_command,
-    is_gyro_axis,
     is_likely_input,
     is_no_place,
     kind_by_name,
@@ -27,9 +27,7 @@ from wheelpend.inspection.column_names import (
     may_be_sensor,
     stated_base,
 )
-from wheelpend.inspection.file_values import (
-    MAX_STEP_SHARE,
-)
+from wheelpend.inspection.file_values import MAX_STEP_SHARE
 from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals
@@ -44,16 +42,10 @@ MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one tha
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
 MAX_ALIKE_RATIO, MAX_ALIKE_MISFIT = 2.0, 0.01  # of misfits, up to which names tell which place a rate is of
 MAX_SUM_MISFIT_SHARE = 0.02  # of a place's variance about a line, that the sum of its rate leaves
-BODY_SENSORS = ("gyro", "imu")
 MIN_PLACES = 10  # different readings of a place
 MAX_LEAD_SAMPLES = 60  # by which a reference is looked for ahead of the position that follows it
 MIN_LEAD_SHARE = 4  # parts of a log, of which a lead is one at most: the rest shows it
 MAX_COPY_ROUGHNESS = 0.5  # of a signal's noise, which a filtered copy of it has at most
-
-
-def is_of_gyro(name: str) -> bool:
-    """True of a column that is called after a body's gyro."""
-    return has_word(name, BODY_SENSORS) or is_gyro_axis(name)
 
 
 def right_sides(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
@@ -140,8 +132,7 @@ def is_unnamed(name: str) -> bool:
 
 def possible_rates(names: list[str]) -> list[tuple[str, str]]:
     """Pairs of columns of which the second may be the rate of the first by what their names state."""
-    places = [n for n in names if kind_by_name(n) != "rate" and not contains(n, REFERENCE_NAMES)]
-    places = [n for n in places if not is_no_place(n)]
+    places = [n for n in names if not is_no_place(n) and not contains(n, REFERENCE_NAMES)]
     able = [n for n in names if kind_by_name(n) != "position" and not has_word(n, ERROR_NAMES)]
     return [(a, b) for a in places for b in able if a != b]
 

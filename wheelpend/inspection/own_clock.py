@@ -9,11 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.inspection.column_names import (
-    REFERENCE_NAMES,
-    contains,
-    is_called_clock,
-)
+from wheelpend.inspection.column_names import REFERENCE_NAMES, contains, is_called_clock
 from wheelpend.inspection.counters import counter_sentence
 from wheelpend.logs.checks import INTERVAL_CURE, check_time, repeated_cure
 from wheelpend.logs.columns import ColumnMap

@@ -8,13 +8,14 @@ import numpy as np
 
 from wheelpend.inspection.signals import is_whole
 from wheelpend.logs.noise import find_quantum, rounding_sigma
-from wheelpend.logs.white_noise import difference_noise
+from wheelpend.logs.white_noise import difference_noise, white_differences
 from wheelpend.numerics import gaussian_smoothed
 
 COMPUTED_SHARE = 0.9  # of a rate's scatter that a filter of its angle gives, from which on it was computed
 ROUNDING_SHARE = 0.4  # the same where the angle scatters by little more than its rounding: no motion is shared then
 MAX_ROUNDING_GROWTH = 3.0  # of the scatter of an angle's slope over what rounding makes of it, for that
 MAX_SHARED_NOISE = 0.05  # of a rate's white noise, that a filter of its angle gives where the noise is the sensor's
+MOTIONLESS_ORDER = 4  # of differences in which no motion is left
 MIN_OWN_ROUNDINGS = 2.0  # of the error of rounding, from which on such noise is no rounding
 MIN_ENCODER_COUNTS = 100  # of a turn
 COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
@@ -37,10 +38,7 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
         return ""
     slope = np.diff(angle[good]) / np.diff(t[good])
     errors, own = (v - gaussian_smoothed(v, ERROR_SMOOTHING_SAMPLES) for v in (slope, rate[good][1:]))
-    lagged = np.lib.stride_tricks.sliding_window_view(errors, 2 * taps + 1)
-    target = own[taps:-taps]
-    rest = target - lagged @ np.linalg.lstsq(lagged, target, rcond=None)[0]
-    shared = 1 - float(rest @ rest) / (float(target @ target) or 1.0)
+    shared = 1.0 - unfiltered_share(errors, own, taps)
     gives = f"A filter of the angle gives {100 * shared:.0f} % of its scatter from sample to sample"
     if has_own_noise(slope, rate[good], taps):
         return f"{gives}, motion included, and nothing of its white noise: a sensor of its own."
@@ -64,18 +62,20 @@ def has_own_noise(slope: np.ndarray, rate: np.ndarray, taps: int) -> bool:
 
     High differences are free of motion. Rounding is no noise of a sensor.
     """
-    errors, own = white_differences(slope), white_differences(rate[1:])
-    lagged, target = np.lib.stride_tricks.sliding_window_view(errors, 2 * taps + 1), own[taps:-taps]
-    rest = target - lagged @ np.linalg.lstsq(lagged, target, rcond=None)[0]
-    by_chance = len(target) / max(len(target) - 2 * taps - 1, 1)
-    shared = 1.0 - by_chance * float(rest @ rest) / (float(target @ target) or 1.0)
-    raw = float(np.std(target)) > MIN_OWN_ROUNDINGS * rounding_sigma(find_quantum(rate)) and not is_filtered(rate)
+    errors, own = (white_differences(v, MOTIONLESS_ORDER) for v in (slope, rate[1:]))
+    count = len(own) - 2 * taps
+    by_chance = count / max(count - 2 * taps - 1, 1)
+    shared = 1.0 - by_chance * unfiltered_share(errors, own, taps)
+    rounding = rounding_sigma(find_quantum(rate))
+    raw = float(np.std(own[taps:-taps])) > MIN_OWN_ROUNDINGS * rounding and not is_filtered(rate)
     return raw and shared < MAX_SHARED_NOISE
 
 
-def white_differences(values: np.ndarray) -> np.ndarray:
-    """Differences of fourth order (N - 4,) of a signal (N,), of the size of its white noise."""
-    return np.diff(values, 4) / math.sqrt(math.comb(8, 4))
+def unfiltered_share(source: np.ndarray, values: np.ndarray, taps: int) -> float:
+    """Share of the squares of values (N,) that no filter of a source (N,) with so many taps before and after gives."""
+    lagged, target = np.lib.stride_tricks.sliding_window_view(source, 2 * taps + 1), values[taps:-taps]
+    rest = target - lagged @ np.linalg.lstsq(lagged, target, rcond=None)[0]
+    return float(rest @ rest) / (float(target @ target) or 1.0)
 
 
 def is_filtered(values: np.ndarray) -> bool:

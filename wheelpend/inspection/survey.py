@@ -21,18 +21,14 @@ from wheelpend.inspection.column_names import (
     is_increment,
     is_magnitude,
     is_no_place,
+    is_of_gyro,
     left_name,
     stated_base,
     stated_factor,
 )
-from wheelpend.inspection.column_roles import held_inputs, is_of_gyro, is_unnamed, right_sides, roles_of
+from wheelpend.inspection.column_roles import held_inputs, is_unnamed, right_sides, roles_of
 from wheelpend.inspection.counters import coordinates_among, copies_among, replaced_clock
-from wheelpend.inspection.file_values import (
-    analysed,
-    columns_with_bad_cells,
-    moving_columns,
-    numeric_columns,
-)
+from wheelpend.inspection.file_values import analysed, columns_with_bad_cells, moving_columns, numeric_columns
 from wheelpend.inspection.own_clock import beside_clock, clock_seconds, own_clock
 from wheelpend.inspection.rate_origin import COMPUTED, COUNTS_ENDING, rate_remark, step_remark
 from wheelpend.inspection.raw_units import MIN_LEVEL_SHARE, level_share

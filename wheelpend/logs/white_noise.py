@@ -96,12 +96,17 @@ def _differences(signal: np.ndarray, t: np.ndarray | None, order: int) -> np.nda
     Those of white noise have its variance.
     """
     if t is None:
-        return np.diff(signal, order) / comb(2 * order, order) ** 0.5
+        return white_differences(signal, order)
     times = np.lib.stride_tricks.sliding_window_view(t, order + 1)
     places = range(order + 1)
     weights = np.stack([1.0 / np.prod([times[:, k] - times[:, m] for m in places if m != k], axis=0) for k in places])
     weights /= np.sqrt((weights**2).sum(axis=0))
     return np.einsum("kn,nk->n", weights, np.lib.stride_tricks.sliding_window_view(signal, order + 1))
+
+
+def white_differences(signal: np.ndarray, order: int) -> np.ndarray:
+    """Differences (N − order,) of a signal (N,) in equal steps, of the size of its white noise."""
+    return np.asarray(np.diff(signal, order)) / comb(2 * order, order) ** 0.5
 
 
 def _correlation_of_squares(order: int) -> float:
