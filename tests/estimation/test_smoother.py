@@ -115,3 +115,32 @@ def test_a_step_without_time_changes_nothing():
     found = smoothed(track, np.array([5]))
     assert found.means == pytest.approx(np.array([[0.9, 0.4], [0.9, 0.4]]))
     assert found.covariances[0] == pytest.approx(0.5 * filtered)
+
+
+def test_a_carriage_that_stands_for_long_has_no_missing_force():
+    """Where it sticks its speed forgets all but rounding, from which nothing is to be learnt backwards."""
+    random, count = np.random.default_rng(2), 600
+    t = STEP_S * np.arange(count)
+    u = np.where(t < 0.3, 3.0, 0.1)
+    x, v = np.zeros(count), np.zeros(count)
+    for k in range(1, count):  # ten steps of Euler with dry friction of 0.4 V and viscous friction of 2 V s/m
+        place, speed = x[k - 1], v[k - 1]
+        for _ in range(10):
+            push = u[k - 1] - 2.0 * speed
+            pushed = speed + 0.1 * STEP_S / 0.5 * (push - 0.4 * (np.sign(speed) or np.sign(push)))
+            speed = pushed if pushed * (speed or push) > 0.0 and (speed or abs(push) > 0.4) else 0.0
+            place += 0.1 * STEP_S * speed
+        x[k], v[k] = place, speed
+    assert x[-1] == x[-150] > 0.1  # it stands
+    log = Log("carriage", t, u, (x + SIGMA * random.normal(size=count))[:, None], ("x",))
+    effects = ("viscous_drive", "coulomb_drive")
+    names = ("viscous_drive.coefficient", "coulomb_drive.torque")
+    module = free_force_module("slide", {}, effects)
+    values = {"X1": 0.5, "gain": 1.0, **dict(zip(names, (2.0, 0.4), strict=True))}
+    space = ParameterSpace.of(ParameterLayout.of((), 1), values, ())
+    segments = Segments(log, np.array([SIGMA]), np.array([[0, count]]))
+    source = RandomSource("drive", (1.0,), (0.0,), 1e-3, 1e-3)
+    problem = FilterProblem(module, [segments], space, STEP_S / SUBSTEPS)
+    found = smoothed_force(problem.track(0, np.zeros(0), (source,)), segments.bounds, (source,), (2, 1))
+    assert np.abs(found.mean).max() < 0.1
+    assert found.sigma.max() == pytest.approx(1e-3, rel=0.01)

@@ -250,3 +250,13 @@ def test_a_shaft_in_degrees_is_a_slides_place_in_rad(tmp_path):
     look = first_look(tmp_path / "log.csv", "slide")
     assert tomllib.loads(look.model)["columns"]["x"] == {"column": "q_deg", "scale": 0.01745329}
     assert "deg of a shaft, which are then rad in the place of m" in look.guesses["x"]
+
+
+def test_a_joint_of_a_message_of_ros_is_in_rad_however_far_it_turns(tmp_path):
+    t = np.arange(600) * 0.01
+    u = np.round(3.0 * np.sin(2.0 * t), 3)
+    for topic, told in (("/joint_states/arm/position", False), ("/encoder/arm/position", True)):
+        columns = {"__time": t, "/cmd/voltage": u, topic: 15.0 * (1.0 - np.cos(2.0 * t))}
+        pl.DataFrame(columns).write_csv(tmp_path / "log.csv")
+        guess = first_look(tmp_path / "log.csv", "slide").guesses["x"]
+        assert ("degrees" in guess) is told and ("rad of a shaft, as the messages of ROS" in guess) is not told

@@ -14,6 +14,7 @@ from wheelpend.estimation.filter_error import FilterTrack
 from wheelpend.estimation.random_source import Sources, mixing_matrix
 
 PREDICTED, FILTERED = 0, 1  # of a track
+CERTAIN_SHARE = 1e-30  # of a variable's largest variance: what rounding leaves of a speed that sticking makes zero
 SINGULAR_RIDGE = 1e-13  # of the unit diagonal of a scaled covariance: what rounding leaves of perfectly known variables
 
 
@@ -51,10 +52,10 @@ def smoothed(track: FilterTrack, beginnings: np.ndarray) -> SmoothedTrack:
 
 def _gains(filtered: np.ndarray, predicted: np.ndarray, transitions: np.ndarray) -> np.ndarray:
     """Share (E, variables, variables) of what is learnt of the next step that is learnt of this one."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(predicted, axis1=1, axis2=2), 1e-300))  # variances differ by decades
-    scale = np.where(scale < 1e149, scale, 1.0)  # of what is known beforehand: no variance at all
+    variances = np.diagonal(predicted, axis1=1, axis2=2)  # which differ by decades
+    certain = variances <= CERTAIN_SHARE * variances.max(axis=0, initial=0.0)
+    scale = np.where(certain, 0.0, 1.0 / np.sqrt(np.where(certain, 1.0, variances)))
     unit = scale[:, :, None] * predicted * scale[:, None, :] + SINGULAR_RIDGE * np.eye(predicted.shape[1])
-    certain = np.diagonal(predicted, axis1=1, axis2=2) <= 0.0
     unit[:, np.arange(unit.shape[1]), np.arange(unit.shape[1])] += certain
     crossed = scale[:, :, None] * (transitions @ filtered)
     return (np.linalg.solve(unit, crossed) * scale[:, :, None]).transpose(0, 2, 1)

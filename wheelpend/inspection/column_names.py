@@ -144,6 +144,11 @@ def is_no_place(name: str) -> bool:
     return kind == "rate" or (called and kind != "input") or (not kind and name.lower() in SHORT_INPUT_NAMES)
 
 
+def is_of_joint_states(name: str) -> bool:
+    """True of a column from a message of joints in ROS, whose angles are in rad (REP 103)."""
+    return "joint_state" in name.lower() or "jointstate" in name.lower()
+
+
 def left_name(name: str) -> tuple[str, ...]:
     """The words that the left wheel's column has, of a name after a right one; nothing of any other.
 

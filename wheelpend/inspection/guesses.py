@@ -19,6 +19,7 @@ from wheelpend.inspection.column_names import (
     contains,
     is_called_time,
     is_counting,
+    is_of_joint_states,
     stated_base,
     stated_factor,
 )
@@ -119,6 +120,8 @@ def guess_place(
 
     A way ``beside_angle``, a cart's beside its pole, is one: along a slide it may be what its motor's shaft turns.
     """
+    if own == "rad" and is_of_joint_states(column):
+        return None
     called = is_counting(column) or has_overflowed(survey, column, values)
     counting = called and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
     alone = len(survey.of_role("position")) == 1 and survey.base_of(column) != "rad"
@@ -142,6 +145,8 @@ def guess_place(
     if by_rate := guess_by_rate(survey, column, values, own):
         return by_rate
     way = float(np.nanmax(values) - np.nanmin(values))
+    if own == "m" and way > MAX_WAY_M and is_of_joint_states(column):
+        return Guess(ColumnMap(column), "rad of a shaft, as the messages of ROS hold them, in the place of m")
     if own == "m" and not counting and way > MAX_WAY_M and beside_angle:
         return Guess(ColumnMap(column, "mm"), f"millimetres, for no carriage goes {way:.3g} m")
     if own == "m" and not counting and way > MAX_WAY_M and column != SUMMED_PLACE:
