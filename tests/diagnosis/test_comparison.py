@@ -13,6 +13,7 @@ from wheelpend.diagnosis.horizons import HorizonError, errors_at, errors_over, h
 from wheelpend.diagnosis.replay import replay_closed_loop
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.prediction import prediction_error
+from wheelpend.logs.log import Log
 
 WRONG = {**X, "X5": 0.9 * X["X5"], "X6": 1.1 * X["X6"]}
 
@@ -63,13 +64,39 @@ def test_a_closed_loop_is_off_by_what_the_two_machines_differ(wrong):
     other = simulate(machine, duration=4.0, noise=False)
     problem = prepare(model, [exact], use_all=True)
     first = replace(
-        problem.data.estimation[0], bounds=np.array([[0, 12]])
+        problem.data.estimation[0], bounds=np.array([[0, 12], [12, len(exact)]])
     )  # so short that the model does not bend its start
     found = replay_closed_loop(problem, first, WRONG)
     off = np.sqrt(np.mean((other.measured - exact.measured) ** 2, axis=0))
     assert found.rmse == pytest.approx(dict(zip(exact.channels, off, strict=True)), rel=0.05)
     assert found.rmse_input == pytest.approx(np.sqrt(np.mean((other.voltage - exact.voltage) ** 2)), rel=0.05)
     assert not found.diverged
+
+
+def test_a_closed_loop_is_replayed_from_where_its_stretch_begins_though_segments_begin_later():
+    """A held-out log's first third is not judged, and what comes before a command is another run."""
+    whole = simulated(duration=4.0, noise=False)
+    before = 50
+    log = Log(
+        "late",
+        np.r_[whole.dt * np.arange(before), whole.dt * before + whole.t],
+        np.r_[np.full(before, np.nan), whole.voltage],
+        np.r_[np.repeat(whole.measured[:1], before, axis=0), whole.measured],
+        whole.channels,
+        reference=np.r_[np.zeros(before), whole.reference],
+    )
+    problem = prepare(Model.default().with_fit({n: (v, None) for n, v in X.items()}), [log], use_all=True)
+    third = np.array([[200, 220], [220, 450]])
+    found = replay_closed_loop(problem, replace(problem.data.estimation[0], bounds=third), X)
+    assert max(found.rmse.values()) < 1e-3 and found.rmse_input < 0.01
+
+
+def test_a_log_with_a_gap_offers_no_horizon_longer_than_its_longest_stretch():
+    whole = simulated(duration=6.0)
+    log = Log("gap", whole.t + 3.0 * (whole.t > 4.0), whole.voltage, whole.measured, whole.channels)
+    longest = horizons_of(log)[-1]
+    assert longest == pytest.approx(4.0, abs=2 * log.dt)
+    assert not any(h.diverged for h in compare(Model.default().with_fit({n: (v, None) for n, v in X.items()}), [log]).horizons)
 
 
 def test_a_held_out_log_is_compared_in_place_of_the_logs(wrong):
@@ -113,11 +140,11 @@ def test_beyond_a_long_horizon_that_diverged_none_is_said_to_hold(monkeypatch):
     lost = {5.0, 10.0}
 
     def errors(problem, segments, values, horizon, motion=None):
-        return HorizonError(horizon, None if horizon in lost else 2.0, horizon in lost)
+        return HorizonError(horizon, None if horizon in lost else 2.0, horizon in lost, segments=1)
 
     monkeypatch.setattr("wheelpend.diagnosis.horizons.errors_at", errors)
     found = errors_over(None, [], [], (0.5, 1.0, 2.0, 5.0, 10.0, 30.0))
     assert [h.diverged for h in found] == [False, False, False, True, True, True]
-    assert found[-1] == HorizonError(30.0, None, True)
+    assert found[-1] == HorizonError(30.0, None, True, segments=1)
     lost.clear()
     assert not any(h.diverged for h in errors_over(None, [], [], (0.5, 5.0, 30.0)))

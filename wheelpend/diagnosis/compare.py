@@ -156,6 +156,8 @@ def compare(
         fitted = fit_at_values(compared)
         missing = missing_forces(compared.own_problem, fitted)
         where = where_it_shows(compared.own_problem, missing, fitted)
+    else:
+        bursts = []  # within the noise, those of the equations are what differentiation makes of steps of the command
     judged = tuple(_errors_of(label, other, begun, validation, progress) for label, other in others.items())
     left, tests, untold = chance_and_tests(compared.own_problem, log_values, progress)
     left = left and replace(left, unpredicted=unpredicted_share(log_segments, residuals))

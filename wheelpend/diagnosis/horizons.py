@@ -39,10 +39,11 @@ class HorizonError:
 
 
 def horizons_of(log: Log) -> tuple[float, ...]:
-    """Horizons that a log offers, from five samples to the whole of it [s]."""
-    usual = [h for h in PREDICTION_HORIZONS_S if h < 0.8 * log.duration]
+    """Horizons that a log offers, from five samples to its longest stretch without a gap [s]."""
+    whole = max((float(log.t[s.end - 1] - log.t[s.begin]) for s in log.stretches), default=log.duration)
+    usual = [h for h in PREDICTION_HORIZONS_S if h < 0.8 * whole]
     longer = [h for h in usual if round(h / log.dt) > MIN_SEGMENT_SAMPLES]  # another number of samples, not digits
-    return (MIN_SEGMENT_SAMPLES * log.dt, *longer, log.duration)
+    return (MIN_SEGMENT_SAMPLES * log.dt, *longer, whole)
 
 
 def errors_at(
@@ -56,6 +57,7 @@ def errors_at(
     rows = zip(log_segments, log_values, motion or [None] * len(log_segments), strict=True)
     found = [(error_at(problem, s, v, horizon, m), s.values) for s, v, m in rows]
     segments = sum(h.segments for h, _ in found)
+    found = [(h, values) for h, values in found if h.segments or not segments]  # a log with gaps may offer none
     if any(h.error is None for h, _ in found):
         return HorizonError(horizon, None, True, segments)
     squares = np.average([(h.error or 0.0) ** 2 for h, _ in found], weights=[float(count) for _, count in found])
@@ -72,9 +74,10 @@ def errors_over(
 
     Where it seems to, initial states were not found: they are then sought from the motion over the longer horizon.
     Where states are fitted to beginnings alone, a prediction that was lost over a shorter horizon from one of its many
-    starts is lost over a longer one too, which has few of these starts.
+    starts is lost over a longer one too, which has few of these starts. What no segment is long enough for is left out.
     """
     found = [errors_at(problem, log_segments, log_values, h) for h in horizons]
+    found = [error for error in found if error.segments]
     for k, short in enumerate(found):
         fitted = (h for h in found[k + 1 :] if not h.diverged and h.seconds <= MAX_FITTED_START_HORIZON_S)
         longer = next(fitted, None) if short.diverged else None

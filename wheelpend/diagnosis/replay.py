@@ -31,13 +31,19 @@ class ClosedLoopReplay:
 def replay_closed_loop(
     problem: EstimationProblem, segments: Segments, values: dict[str, float]
 ) -> ClosedLoopReplay | None:
-    """Simulate the model in closed loop with the log's reference; None where controller or reference is unknown."""
-    log, module = segments.log, problem.module
+    """Simulate the model in closed loop along the first stretch without a gap of a log that has segments.
+
+    None where controller or reference is unknown. The stretch is played from its beginning, where the controller's
+    integral begins at zero, though segments of a held-out log begin later.
+    """
+    begin, _, end = next(s for s in segments.log.stretches if s.end > segments.bounds[0, 0])
+    log, module = segments.log.part(begin, end), problem.module
     if problem.model.controller is None or log.reference is None or not np.isfinite(log.reference).all():
         return None
-    parameters = kernel_parameters(module, values, log)
-    first = replace(segments, bounds=segments.bounds[:1])
-    state, _ = fit_states(Simulator(module), first, initial_states(module, first)[0][None], parameters)
+    parameters = kernel_parameters(module, values, segments.log)
+    length = int(np.diff(segments.bounds[0])[0])
+    begun = replace(segments, bounds=np.array([[begin, min(begin + length, end)]]))
+    state, _ = fit_states(Simulator(module), begun, initial_states(module, begun)[0][None], parameters)
     run = ClosedLoop.of(problem.model, module, problem.max_step).replay(log, state[0], parameters)
     if not run.stays_in_range:
         return ClosedLoopReplay({}, float("nan"), diverged=True)
