@@ -155,8 +155,15 @@ def test_a_row_without_a_force_says_nothing():
     [(0.0, 0.5, True), (0.1, 0.5, True), (0.2, 0.5, False), (0.0, 0.0, False), (np.inf, np.inf, False)],
 )
 def test_far_calmer_is_what_leaves_less_than_a_third(calm, whole, answer):
-    found, before = (SimpleNamespace(remainder=SimpleNamespace(share=s)) for s in (calm, whole))
+    pair = ({"remainder": SimpleNamespace(share=s), "error": 2.0, "noise_floor": 1.0} for s in (calm, whole))
+    found, before = (SimpleNamespace(**one) for one in pair)
     assert is_far_calmer(found, before) is answer
+
+
+@pytest.mark.parametrize(("error", "whole", "answer"), [(1.05, 25.0, True), (1.05, 2.5, False), (4.0, 25.0, False)])
+def test_far_calmer_is_what_reaches_the_noise_of_held_out_data_that_a_blow_spoils(error, whole, answer):
+    pair = (SimpleNamespace(remainder=None, error=e, noise_floor=1.0) for e in (error, whole))
+    assert is_far_calmer(*pair) is answer
 
 
 def test_no_segment_of_the_log_that_is_left_reaches_into_the_span():

@@ -19,6 +19,7 @@ from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.missing_force.estimate import MissingForce
 from wheelpend.diagnosis.missing_force.smoothed_force import forces_by_filter
 from wheelpend.diagnosis.verdict import Diagnosis
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
@@ -33,6 +34,7 @@ EDGE_RATIO = 2.0  # of the missing force at the edges of a span to the rms elsew
 MARGIN_HORIZON_SHARE = 0.2  # of the horizon, left out before and after: the smoother blurs what begins at once
 MIN_CALMED_SHARE = 0.02  # of the drive: a random force below hides little
 STEP_SHARE = 0.5  # of a command's range, by which it jumps at a step
+MIN_SURPRISE_RATIO = 3.0  # of a held-out error to the noise, where the fit leaves nothing to chance: a late blow
 CALM_RATIO = 3.0  # of what is left to chance with all of the log to what is left without the spans
 
 
@@ -45,14 +47,15 @@ class Span(NamedTuple):
     onset: float = 0.0  # s, at which that force begins
 
 
-def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
+def without_outside_forces(model: FilteredModel, error_ratio: float = 0.0) -> EstimationProblem | None:
     """A model's problem on logs without the spans in which something else moves the machine.
 
-    None where little is left to chance, or no few spans hold what is, or all that moves. Raises Failure where they
-    leave too little of a log, and what a filter along the logs does where it cannot follow the model.
+    None where little is left to chance and held-out data, whose error is ``error_ratio`` times the noise, hold little
+    more; or no few spans hold what is left, or all that moves. Raises Failure where they leave too little of a log, and
+    what a filter along the logs does where it cannot follow the model.
     """
     problem = model.problem
-    if model.remainder().share < MIN_CALMED_SHARE:
+    if model.remainder().share < MIN_CALMED_SHARE and error_ratio < MIN_SURPRISE_RATIO:
         return None
     whole = prepare(problem.model, problem.logs, horizon=problem.horizon, use_all=True, without=problem.without)
     forces = forces_by_filter(replace(whole, max_step=problem.max_step), Fit.at({}, model.log_values))
@@ -68,10 +71,12 @@ def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
 def is_far_calmer(found: Diagnosis, before: Diagnosis) -> bool:
     """True where the last diagnosis of a search leaves far less to chance than that of one with all of the logs.
 
-    A model that reaches sensor noise over the horizon leaves nothing.
+    A model that reaches sensor noise over the horizon leaves nothing. Or where it reaches that noise on held-out data,
+    far below the other: a blow there leaves nothing to chance in what was fitted.
     """
     shares = [one.remainder.share if one.remainder else 0.0 for one in (found, before)]
-    return shares[0] * CALM_RATIO < shares[1]
+    reaches_noise = found.error <= MAX_EXPLAINED_ERROR_RATIO * found.noise_floor
+    return shares[0] * CALM_RATIO < shares[1] or (reaches_noise and found.error * CALM_RATIO < before.error)
 
 
 def _spans_of_log(log: Log, missing: MissingForce, horizon: float) -> list[Span]:

@@ -116,7 +116,7 @@ def stepwise(
         rounds, problem = _without_redundant(rounds, problem, start, is_done, progress)
         return _with_what_shows_later(rounds, problem, start, is_done, progress)
     model = likely_model(problem, start, progress)
-    calm = _rounds_aside(model, is_done, progress) if leaves_out else []
+    calm = _rounds_aside(model, rounds[-1], is_done, progress) if leaves_out else []
     if calm and _names_and_explains(calm):
         return calm
     likely = rounds_from(model, is_done, progress)
@@ -129,15 +129,17 @@ def stepwise(
     return likely
 
 
-def _rounds_aside(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
+def _rounds_aside(
+    model: FilteredModel, last: Diagnosis, is_done: Callable[[Rounds], bool], progress: Progress
+) -> Rounds:
     """The rounds of a search on logs without the times in which something outside moves the machine.
 
-    None where it does so at no such times, or what is left is too little for a search.
+    ``last`` is the diagnosis that the search with these times came to without likelihoods. None where it does so at no such times, or what is left is too little for a search.
     """
     progress("looking for times in which something outside moves the machine")
 
     def sought() -> Rounds:
-        problem = without_outside_forces(model)
+        problem = without_outside_forces(model, last.error / last.noise_floor)
         return stepwise(*best_start(problem), is_done, progress, leaves_out=False) if problem else []
 
     rounds, warnings = found_or_warning("Logs without these times could not be searched", sought)
