@@ -96,7 +96,9 @@ def test_a_log_with_a_gap_offers_no_horizon_longer_than_its_longest_stretch():
     log = Log("gap", whole.t + 3.0 * (whole.t > 4.0), whole.voltage, whole.measured, whole.channels)
     longest = horizons_of(log)[-1]
     assert longest == pytest.approx(4.0, abs=2 * log.dt)
-    assert not any(h.diverged for h in compare(Model.default().with_fit({n: (v, None) for n, v in X.items()}), [log]).horizons)
+    assert not any(
+        h.diverged for h in compare(Model.default().with_fit({n: (v, None) for n, v in X.items()}), [log]).horizons
+    )
 
 
 def test_a_held_out_log_is_compared_in_place_of_the_logs(wrong):

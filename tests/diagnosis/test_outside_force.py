@@ -76,6 +76,27 @@ def test_damping_is_named_with_its_size_beside_a_force_from_outside_and_the_time
     assert len(span_told(found)) == 1
 
 
+@pytest.mark.slow
+def test_a_blow_in_what_is_held_out_is_told_and_nothing_else_is_missing():
+    """Between two thirds and the end nothing was fitted that could leave a random force."""
+    random, rate, decay = np.random.default_rng(7), 0.01, np.exp(-0.01 * 2.0 / 0.5)  # 0.5 dv/dt = u + push - 2 v
+    t = rate * np.arange(1200)
+    u = np.repeat(random.uniform(-3.0, 3.0, 40), 30)
+    push = np.where((t >= 9.5) & (t < 9.7), 2.0, 0.0)
+    x, v = np.zeros(t.size), np.zeros(t.size)
+    for k in range(t.size - 1):
+        steady = (u[k] + push[k]) / 2.0
+        v[k + 1] = steady + (v[k] - steady) * decay
+        x[k + 1] = x[k] + steady * rate + (v[k] - steady) * (1.0 - decay) * 0.25
+    log = Log("bench", t, u, (x + 1e-4 * random.standard_normal(t.size))[:, None], ("x",), rates={})
+    model = Model.parse('plant = "slide"\neffects = ["viscous_drive"]\n')
+    found = diagnose(model, [log], without=("external_push",))
+    assert found.verdict == "nothing_missing" and found.error < 1.1 * found.noise_floor
+    (said,) = span_told(found)
+    begin, end = (float(word) for word in said.split(" s ")[0].split("Between ")[1].split(" and "))
+    assert 9.2 < begin < 9.5 and 9.7 < end < 10.0
+
+
 def test_the_time_that_is_left_out_holds_that_of_the_force_and_not_much_more():
     held = next(w for w in diagnosed(held_log).warnings if "Between 0.00 and" in w)
     end = float(held.split("Between 0.00 and ")[1].split(" s ")[0])

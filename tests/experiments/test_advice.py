@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -137,3 +138,21 @@ def test_without_between_what_a_diagnosis_leaves_ambiguous_is_the_aim_unless_no_
     assert not found.between and found.separation is None
     assert "No command separates" in found.sentences[-1] and "Turn the pitch sensor round" in found.sentences[-1]
     assert all(v.designed < v.logs for n, v in found.parameters.items() if n.startswith("X"))
+
+
+@pytest.mark.parametrize(
+    ("rivals", "words"),
+    [
+        (("coulomb_asymmetry",), "look at the machine"),
+        (("coulomb_asymmetry", "viscous_asymmetry"), "To tell voltage_offset, viscous_asymmetry apart, record one log"),
+        (("viscous_asymmetry",), "To tell voltage_offset, viscous_asymmetry apart, record one log"),
+    ],
+)
+def test_no_record_is_advised_that_cannot_tell_twins_apart(rivals, words):
+    module = SimpleNamespace(
+        TWINS={"voltage_offset": ("coulomb_asymmetry",)}, RANGE_OUTPUT=-1, INPUTS=("v_in",), INPUT="v_in", PARAMETERS=()
+    )
+    first = SimpleNamespace(effect="voltage_offset", equivalent_to=rivals)
+    said = advice(SimpleNamespace(module=module), first)
+    assert words in said
+    assert ("No log of this plant tells voltage_offset from coulomb_asymmetry" in said) is ("coulomb" in rivals[0])

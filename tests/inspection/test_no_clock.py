@@ -6,6 +6,7 @@ import pytest
 
 from tests.support import run
 from wheelpend import Failure, Model
+from wheelpend.inspection.column_names import is_likely_input
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.split import split_log
 from wheelpend.inspection.survey import survey_file
@@ -190,3 +191,16 @@ def test_a_ramp_is_no_clock_beside_stamps_of_whole_seconds(tmp_path):
     path = write(tmp_path / "log.csv", **ramp)
     with pytest.raises(Failure, match=r"t must grow from row to row.*--interval S"):
         survey_file(path)
+
+
+def test_an_encoder_that_grows_evenly_is_no_clock_and_no_counter(tmp_path):
+    k = np.arange(300)
+    path = write(tmp_path / "log.csv", sample_num=k, left_count=2580 + 41 * k, right_count=49294 + 40 * k, angle=ANGLE)
+    found = survey_file(path)
+    assert found.clock.column == "sample_num"
+    assert not any("counter" in sentence for sentence in first_look(path).proposal.sentences)
+
+
+def test_a_load_that_a_servo_reports_is_what_drives_it_and_that_of_a_crane_is_an_angle():
+    assert is_likely_input("present_load") and is_likely_input("Motor Load")
+    assert not is_likely_input("load_angle") and not is_likely_input("theta_load") and not is_likely_input("load")

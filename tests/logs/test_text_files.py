@@ -253,3 +253,10 @@ def test_a_header_that_begins_with_a_number_sign_keeps_that_name(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("#,t,v_in,theta_w,theta_p\n" + text(header=False))
     assert csv_layout(path).names == ["#", "t", "v_in", "theta_w", "theta_p"]
+
+
+def test_a_line_that_a_logger_writes_under_the_header_is_no_header_and_no_row(tmp_path):
+    path, rows = tmp_path / "log.csv", text(header=False).splitlines()
+    path.write_text("\n".join(["t,0,theta_w,v_in,theta_p".replace("0", "n"), "Stopped. Rows: 3, Time: 30 ms", *rows]))
+    layout = csv_layout(path)
+    assert layout.names == ["t", "n", "theta_w", "v_in", "theta_p"] and layout.skipped == 2

@@ -134,7 +134,8 @@ def _rounds_aside(
 ) -> Rounds:
     """The rounds of a search on logs without the times in which something outside moves the machine.
 
-    ``last`` is the diagnosis that the search with these times came to without likelihoods. None where it does so at no such times, or what is left is too little for a search.
+    ``last`` is the diagnosis that the search with these times came to without likelihoods. None where it does so at no
+    such times, or what is left is too little for a search.
     """
     progress("looking for times in which something outside moves the machine")
 

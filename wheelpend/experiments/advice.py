@@ -61,10 +61,16 @@ def _is_known_to_kernels(problem: EstimationProblem, effect: str) -> bool:
 
 def _advice_without_simulation(problem: EstimationProblem, first: CandidateFit) -> str:
     """The log to record where no command can be simulated: that takes a plant which is held upright."""
-    names = ", ".join((first.effect, *first.equivalent_to))
+    twins = [e for e in first.equivalent_to if e in problem.module.TWINS.get(first.effect, ())]
+    others = [e for e in first.equivalent_to if e not in twins]
+    same = f"No log of this plant tells {first.effect} from {' or '.join(twins)}, which change every one alike"
+    if twins and not others:
+        return f"{same}: look at the machine, or measure it by another sensor."
+    names = ", ".join((first.effect, *others))
     driven = "small and large commands, slow and fast, both ways, and standstills between them"
     free = "releases from small and large angles, to the very end of each swing"
-    return f"To tell {names} apart, record one log with {driven if problem.module.INPUT else free}."
+    told = f"To tell {names} apart, record one log with {driven if problem.module.INPUT else free}."
+    return f"{told} {same}." if twins else told
 
 
 def recommendation_text(question: Question, found: Sequence[Experiment]) -> str:

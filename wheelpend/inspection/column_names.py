@@ -159,6 +159,13 @@ def left_name(name: str) -> tuple[str, ...]:
     return tuple(LEFT_OF_RIGHT.get(w, w) for w in words) if sided else ()
 
 
+def is_of_wheel(name: str) -> bool:
+    """True of a column that is called after an encoder, or counts on one side: no clock, however evenly it grows."""
+    words = words_of(name)
+    sided = any(w in words for w in ("left", "right")) and has_word(name, COUNT_NAMES)
+    return not is_called_clock(name) and (sided or has_word(name, ("enc",)))
+
+
 def is_counting(name: str) -> bool:
     """True of a column that is called after counts, and in no unit."""
     return not stated_unit(name) and has_word(name, COUNT_NAMES)
@@ -185,6 +192,9 @@ def is_likely_input(name: str) -> bool:
     """
     if is_read_at_motor(name) or contains(name, SUPPLY_NAMES) or has_word(name, ERROR_NAMES):
         return False
+    words = words_of(name)
+    if len(words) > 1 and words[-1] == "load" and not has_word(name, ANGLE_NAMES):  # what a servo reports of its motor
+        return True
     return name.lower() in VOLTAGE_NAMES or contains(name, ("cmd", "motor", "ctrl")) or has_word(name, EFFORT_NAMES)
 
 

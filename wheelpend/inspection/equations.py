@@ -65,10 +65,11 @@ def find_input_faults(
     signals = uniform_signals(log, module.INPUT, in_range=True, least=least_samples(module))
     if signals is None or is_constant(signals):
         return []
-    if alike := friction_like_coordinate(signals, module):
-        return [friction_like_finding(signals.input, alike)]
-    flipped = flipped_columns(signals, module, pairs)
     unpulled = corrections.table.units.get(module.OUTPUTS[0]) == "m"
+    alike, against = friction_like_coordinate(signals, module)
+    if alike:
+        return [friction_like_finding(signals.input, alike, against=against, turned=against and unpulled)]
+    flipped = flipped_columns(signals, module, pairs)
     if flipped and unpulled and takes_work(signals, module):
         flipped = ()
     corrections.sign.update(dict.fromkeys(flipped, -corrections.sign.get(flipped[0], 1) if flipped else -1))
@@ -177,8 +178,10 @@ def gravity_misfit(signals: Signals, module: KernelModule) -> float:
     return float(np.sum(rest**2)) / (power + 1e-300)
 
 
-def friction_like_coordinate(signals: Signals, module: KernelModule) -> str:
+def friction_like_coordinate(signals: Signals, module: KernelModule) -> tuple[str, bool]:
     """The coordinate whose rate's sign the input follows, now or some samples later; empty where it follows none.
+
+    And whether it acts against that rate.
 
     A command that sets the machine in motion is ahead of the sign; one that is made of the measured rate comes with it
     or after it, and is then dry friction to the equations, with either sign.
@@ -192,16 +195,22 @@ def friction_like_coordinate(signals: Signals, module: KernelModule) -> str:
         shared = [share_in_common(voltage[rows + late], signs[:, k]) for late in shifts]
         best = shifts[int(np.argmax(shared))]
         if best >= 0 and max(shared) > MIN_FRICTION_SHARE:
-            return name
-    return ""
+            return name, float((voltage[rows + best] - voltage.mean()) @ signs[:, k]) < 0.0
+    return "", False
 
 
-def friction_like_finding(name: str, coordinate: str) -> Finding:
-    """The finding that an input is a function of the sign of a rate."""
-    sentence = (f"{name} follows the sign of the rate of {coordinate}, so it cannot be told from dry friction: neither "
+def friction_like_finding(name: str, coordinate: str, *, against: bool, turned: bool) -> Finding:
+    """The finding that an input is a function of the sign of a rate, with or ``against`` it.
+
+    It is ``turned`` where nothing else could have moved the machine.
+    """
+    verb, other = ("opposes", "with") if against else ("follows", "against")
+    sentence = (f"{name} {verb} the sign of the rate of {coordinate}, so it cannot be told from dry friction: neither "
                 "its size nor its time against the sensors can be judged by this log.")  # fmt: skip
-    cure = (f"Record a log in which {name} also acts against the motion and while the machine stands, such as a sum of "
+    cure = (f"Record a log in which {name} also acts {other} the motion and while the machine stands, such as a sum of "
             "sines, or one of free motion.")  # fmt: skip
+    if turned:
+        cure = f"A motor that drives it counts the other way: set sign = -1 in its entry of [columns]. {cure}"
     return Finding("friction_like_input", name, sentence, cure, None)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.inspection.column_names import REFERENCE_NAMES, contains, is_called_clock
+from wheelpend.inspection.column_names import REFERENCE_NAMES, contains, is_called_clock, is_of_wheel
 from wheelpend.inspection.counters import counter_sentence
 from wheelpend.logs.checks import INTERVAL_CURE, check_time, repeated_cure
 from wheelpend.logs.columns import ColumnMap
@@ -36,7 +36,8 @@ def own_clock(path: Path, file: Table, values: Mapping[str, np.ndarray]) -> Colu
     """
     called = [n for n, v in values.items() if n == "t" or (is_called_clock(n) and np.ptp(v) != 0.0)]
     likely = min(called, key=lambda n: (n != "t", unevenness(values[n])), default="")
-    clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
+    others = [n for n in values if not is_of_wheel(n)]
+    clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, others)
     if clock is None and likely:
         check_time(path.name, values[likely])  # says in which row it does not grow
     if clock is None and (cure := times_cure(values)):
@@ -52,8 +53,8 @@ def unevenness(stamps: np.ndarray) -> float:
 
 
 def beside_clock(name: str, values: np.ndarray, t: np.ndarray) -> str:
-    """That a column (N,) is a counter or a further clock; nothing of any other, nor of a commanded ramp."""
-    return "" if contains(name, REFERENCE_NAMES) else counter_sentence(name, values, t)
+    """That a column (N,) is a counter or a further clock; nothing of an encoder, a ramp or any other."""
+    return "" if contains(name, REFERENCE_NAMES) or is_of_wheel(name) else counter_sentence(name, values, t)
 
 
 def times_cure(values: Mapping[str, np.ndarray]) -> str:

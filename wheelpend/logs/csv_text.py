@@ -159,6 +159,8 @@ def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
     its names may be numbers, as those of channels are, if only numbers stand in the rows under it.
     """
     usual = usual_width(table)
+    if between := lines_between(table, usual):
+        return list(table[:1]), between + 1
     if has_numbered_names(table[:2], usual):
         return list(table[:1]), 1
     for k, line in enumerate(table):
@@ -173,6 +175,21 @@ def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
             has_units = is_row_of_units(follows.cells) and follows.texts <= line.texts
             return ([line, follows], k + 2) if has_units else ([line], k + 1)
     return list(table[:1]), min(1, len(table))
+
+
+def lines_between(table: Sequence[Line], width: int) -> int:
+    """How many lines of text, of another width, stand between a header on the first line and the first row of numbers.
+
+    A logger writes them there: that it began, or that it was stopped.
+    """
+    if not table or len(table[0].cells) != width or not table[0].texts or table[0].numbers:
+        return 0
+    for count, line in enumerate(table[1:]):
+        if len(line.cells) == width:
+            return count if not line.texts and line.numbers else 0
+        if not line.texts:
+            return 0
+    return 0
 
 
 def has_numbered_names(lines: Sequence[Line], width: int) -> bool:
