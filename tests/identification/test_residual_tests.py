@@ -63,6 +63,15 @@ def test_noise_that_is_stated_too_small_is_understated_and_no_fault_of_the_physi
     assert "overstated" in meaning_text(replace(pitch, sigma_ratio=0.2))
 
 
+def test_a_few_readings_that_are_far_off_are_no_noise_to_be_stated(complete):
+    few, model = replace(complete.channels["theta_p"], sigma_ratio=7.5, kurtosis=1900.0), Model.default()
+    assert "which few readings make" in meaning_text(few) and "understated" not in meaning_text(few)
+    assert not list(noise_lines(replace(complete, channels={"theta_p": few}), model))
+    often = replace(few, kurtosis=20.0)
+    assert "understated" in meaning_text(often)
+    assert list(noise_lines(replace(complete, channels={"theta_p": often}), model))
+
+
 def test_noise_that_is_overstated_is_given_as_lines_for_the_model_file_that_then_hold():
     stated = at_truth(Model.default()).text + "\n[sensors.noise]\ndtheta_p = 0.05\n"
     loud, log = Model.parse(stated), simulated(seed=1, duration=8.0)

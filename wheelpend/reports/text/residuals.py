@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 MAX_RIGHT_RATIO = 1.1  # of σ found and assumed, within which they agree
 BELIEVED_INPUT_P = 0.01  # below which past inputs predict what is left
 HEAVY_KURTOSIS = 1.0  # excess, from which the tails are heavy
+FEW_READINGS_KURTOSIS = 100.0  # excess, of which at most three readings in a hundred are the cause
 RESIDUAL_COLUMNS = ("channel", "white", "p", "past inputs p", "σ found / assumed", "kurtosis")
 BASIS_WORDS = {
     "rounding": "the noise of rounding to its step",
@@ -52,7 +53,7 @@ def noise_lines(result: ResidualTests, model: Model) -> Iterator[str]:
     Of a channel with an error of its own they say nothing: its size is not that of the noise alone.
     """
     judged = {n: c for n, c in result.channels.items() if c.samples and c.white and n not in result.remainder.sensors}
-    wrong = {n: c for n, c in judged.items() if not _is_of_expected_size(c)}
+    wrong = {n: c for n, c in judged.items() if not _is_of_expected_size(c) and not _is_of_few_readings(c)}
     if not wrong:
         return
     units, header = plant_units_of(model), [] if model.sensors.noise else ["[sensors.noise]"]
@@ -78,7 +79,9 @@ def meaning_text(one: ChannelResidual) -> str:
     basis, factor = BASIS_WORDS[one.basis], digits_text(one.sigma_ratio, 2)
     if not one.samples:
         return "no reading of it was judged."
-    if one.white and one.sigma_ratio > MAX_RIGHT_RATIO:
+    if one.white and _is_of_few_readings(one) and one.sigma_ratio > MAX_RIGHT_RATIO:
+        text = f"white at {factor} times {basis}, which few readings make; the noise of the others is less."
+    elif one.white and one.sigma_ratio > MAX_RIGHT_RATIO:
         text = f"white at {factor} times {basis}: the noise is understated, not the physics."
     elif one.white and not _is_of_expected_size(one):
         text = f"white at {factor} times {basis}: the noise is overstated."
@@ -91,6 +94,11 @@ def meaning_text(one: ChannelResidual) -> str:
 
 def _is_of_expected_size(one: ChannelResidual) -> bool:
     return one.sigma_ratio * MAX_RIGHT_RATIO >= 1.0 and one.sigma_ratio <= MAX_RIGHT_RATIO
+
+
+def _is_of_few_readings(one: ChannelResidual) -> bool:
+    """True where a few in a hundred readings make its size: of these the excess kurtosis is three over their share."""
+    return one.kurtosis > FEW_READINGS_KURTOSIS
 
 
 def _colour_text(one: ChannelResidual) -> str:
