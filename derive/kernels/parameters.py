@@ -14,6 +14,8 @@ from derive.functions import symbol
 from derive.model import ORIGIN_CONSTANT, missing_forces
 from derive.records import Model, Relations
 
+UNKNOWN_CONSTANT = 2.0  # stands for one that no effect in force needs: of a gear ratio 1 would make 0/0 of some terms
+
 
 class Parameters(NamedTuple):
     """The parameters in the order of their vector."""
@@ -39,7 +41,7 @@ class Parameters(NamedTuple):
 def parameters_of(model: Model) -> Parameters:
     """Names, units, absent values, indices and relations of the model's parameters."""
     names = model.parameters
-    absent = (*model.absent, *(1.0 for _ in model.constants))
+    absent = (*model.absent, *(UNKNOWN_CONSTANT for _ in model.constants))
     unknown = tuple(f.name for f in missing_forces(model.plant) if f.name in names)
     return Parameters(
         names=names,

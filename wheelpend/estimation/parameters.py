@@ -17,7 +17,7 @@ PER_LOG_SCOPES = ("per log", "event")  # of parameters with a value of their own
 def kernel_parameters(module: KernelModule, values: Mapping[str, float], log: Log) -> np.ndarray:
     """Parameter vector (NP,) of a kernel module: named values, the log's origin, else the values of absence.
 
-    A constant that is not known is 1; what needs it has no influence while its own parameter is zero.
+    A constant that is not known is some number; what needs it has no influence while its own parameter is zero.
     """
     pairs = zip(module.PARAMETERS, module.ABSENT, strict=True)
     parameters = np.array([float(values.get(n, absent)) for n, absent in pairs])
