@@ -1,15 +1,19 @@
 """The robot in MuJoCo moves as identified; what the scene lacks is said."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 
 from tests.export.exporting import interpreted, model_with
-from tests.support import simulated
-from wheelpend import Model
+from tests.support import X, simulated
+from wheelpend import Model, simulate
 from wheelpend.errors import Failure
 from wheelpend.export.export import export_model
 from wheelpend.export.exported_model import exported_model
 from wheelpend.export.mujoco_target import mujoco_carried, mujoco_files, mujoco_notes, scene_values
+from wheelpend.simulation.hidden import base_parameter_names
 
 
 def alike(*effects):
@@ -82,3 +86,55 @@ def test_another_plant_and_masses_that_cannot_be_are_refused():
         mujoco_files(exported_model(model_with(plant="slide")))
     with pytest.raises(Failure, match="X1 X4 must then be above X3²"):
         scene_values(exported_model(alike().with_fit({"X3": (5.0, 1e-3)})))
+
+
+def assuming(**assumptions):
+    """The plain robot with its reference values, under other assumptions; one value of damping both ways."""
+    default = Model.default()
+    damping = {n: (0.7, 1e-4) for n in ("X6", "X7", "X8", "X9", "X10")}
+    own = {n: (p, 1e-4) for n, p in X.items()} | damping
+    text = default.dump()
+    for name, value in assumptions.items():
+        text = re.sub(rf"^{name} = \S+", f"{name} = {json.dumps(value)}", text, flags=re.MULTILINE)
+    own_table = r"^\[(?:simulation|parameters)\].*\n(?:(?!\[).*\n?)*"
+    text = re.sub(own_table, "", text, flags=re.MULTILINE)
+    model = Model.parse(re.sub(r"^rate_noise.*\n", "", text, flags=re.MULTILINE))
+    return model.with_fit({n: v for n, v in own.items() if n in base_parameter_names(model)})
+
+
+@pytest.mark.parametrize(
+    ("assumptions", "element"),
+    [
+        ({"encoder": "relative"}, '<tendonpos name="theta_w" tendon="drive"/>'),
+        ({"encoder": "absolute"}, '<tendonpos name="theta_w" tendon="theta_w"/>'),
+        ({"rate_sensor": True}, '<tendonvel name="dtheta_w" tendon="theta_w"/>'),
+    ],
+)
+def test_the_sensors_of_a_scene_read_what_the_channels_do(assumptions, element):
+    exported = exported_model(assuming(**assumptions))
+    scene = mujoco_files(exported)["robot.xml"]
+    assert element in scene and scene.partition("<sensor>")[2].count(" name=") == exported.module.NY
+
+
+@pytest.mark.extras
+@pytest.mark.parametrize(
+    "assumptions",
+    [
+        {"encoder": "relative"},
+        {"gyro": False},
+        {"rate_sensor": True},
+        {"rotor_inertia": False},
+        {"ground_friction": False},
+    ],
+)
+def test_a_scene_replays_a_log_of_the_machine_that_is_assumed(assumptions):
+    pytest.importorskip("mujoco")
+    model = assuming(**assumptions)
+    ledger = export_model(model, "mujoco", simulate(model, duration=1.0, seed=2)).ledger
+    assert "run by MuJoCo" in ledger.replayed
+    assert ledger.error_in_target == pytest.approx(ledger.error, rel=0.02)
+
+
+def test_a_robot_that_turns_is_refused():
+    with pytest.raises(Failure, match=r"keeps its heading \(planar = true\)"):
+        scene_values(exported_model(assuming(planar=False)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,29 +22,40 @@ def replay_in_mujoco(exported: ExportedModel, replay: Replay) -> tuple[float | N
     except ValueError as error:
         return None, f"this MuJoCo ({mujoco.__version__}) does not read the scene: {str(error).splitlines()[0]}"
     data, radius = mujoco.MjData(model), scene_values(exported)["radius"]
-    predicted = [
-        np.concatenate([_segment(mujoco, model, data, radius, s) for s in log.segments]) for log in replay.logs
-    ]
+    scene = _Scene(mujoco, model, data, radius, np.asarray(exported.module.OUTPUT_MATRIX))
+    predicted = [np.concatenate([_segment(scene, s) for s in log.segments]) for log in replay.logs]
     return replay.error_of(predicted), f"run by MuJoCo {mujoco.__version__} in steps of {model.opt.timestep:g} s"
 
 
-def _segment(mujoco: Any, model: Any, data: Any, radius: float, segment: ReplaySegment) -> np.ndarray:
-    """Readings (N, 3) over a segment, from its state; a command that is under way as it begins is not there."""
+class _Scene(NamedTuple):
+    """The engine with a scene in it."""
+
+    mujoco: Any
+    model: Any
+    data: Any
+    radius: float  # of the wheel [m]
+    output: np.ndarray  # (channels, 4) of wheel, pitch and their rates
+
+    def readings(self) -> np.ndarray:
+        """What the channels (channels,) read now."""
+        state = np.concatenate([self.data.qpos, self.data.qvel]) / [self.radius, 1.0, self.radius, 1.0]
+        return self.output @ state
+
+
+def _segment(scene: _Scene, segment: ReplaySegment) -> np.ndarray:
+    """Readings (N, channels) over a segment, from its state; a command that is under way as it begins is not there."""
+    mujoco, model, data = scene.mujoco, scene.model, scene.data
     mujoco.mj_resetData(model, data)
     data.qpos[:], data.qvel[:] = (
-        (segment.state[0] * radius, segment.state[1]),
-        (segment.state[2] * radius, segment.state[3]),
+        (segment.state[0] * scene.radius, segment.state[1]),
+        (segment.state[2] * scene.radius, segment.state[3]),
     )
     if model.na:
         data.act[:] = segment.acting
-    read = [_readings(data, radius)]
+    read = [scene.readings()]
     for interval, command in zip(segment.intervals, segment.commands, strict=True):
         data.ctrl[:] = command
         for _ in range(max(1, round(interval / model.opt.timestep))):
             mujoco.mj_step(model, data)
-        read.append(_readings(data, radius))
+        read.append(scene.readings())
     return np.array(read)
-
-
-def _readings(data: Any, radius: float) -> list[float]:
-    return [data.qpos[0] / radius, data.qpos[1], data.qvel[1]]

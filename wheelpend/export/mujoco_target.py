@@ -25,6 +25,13 @@ DEFAULT_GRAVITY = 9.81  # m/s²
 ENGINE_STEP_S = 1e-4  # s
 SMALL_INERTIA = 1e-6  # kg m², that MuJoCo wants of every body
 
+INERTIAS = ("X1", "X2", "X3", "X4", "X5")  # and moments; without rotors' inertia there is no X2
+PLACES = {  # of the scene, by what a sensor reads of wheel and pitch
+    (1.0, 0.0): ("tendon", "theta_w"),
+    (1.0, -1.0): ("tendon", "drive"),
+    (0.0, 1.0): ("joint", "theta_p"),
+}
+
 CARRIED_EXACTLY = Carried("exactly")
 FRICTION_LOSS = Carried("approximately", "a friction loss of MuJoCo, a constraint that yields a little before it slips")
 CARRIED_EFFECTS: dict[str, Carried] = {
@@ -55,7 +62,7 @@ def mujoco_carried(exported: ExportedModel) -> Mapping[str, Carried]:
 
 def mujoco_notes(exported: ExportedModel) -> list[str]:
     """What of the plant's own motion the scene has only in part."""
-    x6, x7 = _own(exported)["X6"], _own(exported)["X7"]
+    x6, x7 = _dampings(_own(exported))
     if math.isclose(x6, x7, rel_tol=1e-9):
         return []
     return [f"X6 = {x6:.5g} and X7 = {x7:.5g}: MuJoCo damps the drive alike both ways, so half of their difference "
@@ -67,9 +74,12 @@ def scene_values(exported: ExportedModel) -> dict[str, Any]:
     if exported.model.plant != SUPPORTED_PLANT:
         raise Failure(f"An MJCF is made of {SUPPORTED_PLANT} alone, but the model is a {exported.model.plant}. Export "
                       "c, js or json.")  # fmt: skip
+    if not exported.model.assumptions["planar"]:
+        raise Failure("An MJCF is made of a robot that keeps its heading (planar = true), but in this model it turns. "
+                      "Export c, js or json.")  # fmt: skip
     own, constants = _own(exported), exported.model.constants
     scale, gravity = constants.get("alpha", 1.0), constants.get("g", DEFAULT_GRAVITY)
-    if min(own[f"X{i}"] for i in range(1, 6)) <= 0.0 or own["X1"] * own["X4"] <= own["X3"] ** 2:
+    if min(own[n] for n in INERTIAS if n in own) <= 0.0 or own["X1"] * own["X4"] <= own["X3"] ** 2:
         raise Failure("A scene needs masses and inertias that are positive, but X1 X4 must then be above X3², and "
                       "X1...X5 above 0. Identify the model first.")  # fmt: skip
     radius = gravity * own["X3"] / own["X5"]
@@ -79,10 +89,11 @@ def scene_values(exported: ExportedModel) -> dict[str, Any]:
     effect = {n: float(exported.parameters[i]) for i, n in enumerate(exported.module.PARAMETERS)}
     value = effect.get
     length, offset = moment / mass, value("com_offset.angle", 0.0)
-    damping = 0.5 * (own["X6"] + own["X7"])
+    x6, x7 = _dampings(own)
+    damping = 0.5 * (x6 + x7)
     return {
         "title": f"Model of {exported.model.plant}",
-        "has_gyro": "dtheta_p" in exported.model.table.channels,
+        "sensors": _sensors(exported),
         "version": version(),
         "torque_unit": "N m" if "alpha" in constants else "V, as the constant alpha is not known",
         "step": ENGINE_STEP_S,
@@ -94,10 +105,10 @@ def scene_values(exported: ExportedModel) -> dict[str, Any]:
         "body_inertia": scale * own["X4"] - mass * length**2,
         "above": length * math.cos(offset),
         "ahead": length * math.sin(offset),
-        "armature": scale * own["X2"],
+        "armature": scale * own.get("X2", 0.0),
         "drive_damping": scale * (damping + value("viscous_drive.coefficient", 0.0)),
-        "x_damping": scale * (own["X6"] - damping + value("ground_viscous.coefficient", 0.0)) / radius**2,
-        "pitch_damping": scale * (own["X7"] - damping + value("body_damping.coefficient", 0.0)),
+        "x_damping": scale * (x6 - damping + value("ground_viscous.coefficient", 0.0)) / radius**2,
+        "pitch_damping": scale * (x7 - damping + value("body_damping.coefficient", 0.0)),
         "x_stiffness": scale * value("tether_spring.stiffness", 0.0) / radius**2,
         "x_origin": radius * (exported.parameters[exported.module.ORIGIN] if exported.module.ORIGIN >= 0 else 0.0),
         "drive_friction": scale * value("coulomb_drive.torque", 0.0),
@@ -111,6 +122,21 @@ def scene_values(exported: ExportedModel) -> dict[str, Any]:
 def _own(exported: ExportedModel) -> dict[str, float]:
     module = exported.module
     return {n: float(exported.parameters[i]) for i, n in enumerate(module.PARAMETERS[: module.OWN_PARAMETERS])}
+
+
+def _dampings(own: Mapping[str, float]) -> tuple[float, float]:
+    """X6 and X7, which without friction on the ground are one parameter."""
+    return (own["X6"], own["X7"]) if "X6" in own else (own["X8"], own["X8"])
+
+
+def _sensors(exported: ExportedModel) -> list[dict[str, str]]:
+    """Element, name and place of the scene's sensors, one per channel."""
+    count, sensors = exported.module.NQ, []
+    for name, weights in zip(exported.model.table.channels, exported.module.OUTPUT_MATRIX, strict=True):
+        is_rate = not weights[:count].any()
+        kind, place = PLACES[tuple(weights[count:] if is_rate else weights[:count])]
+        sensors.append({"element": f"{kind}{'vel' if is_rate else 'pos'}", "name": name, "kind": kind, "place": place})
+    return sensors
 
 
 def _dynamics(effect: Mapping[str, float]) -> str:
