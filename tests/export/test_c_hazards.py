@@ -13,6 +13,7 @@ from tests.export.exporting import HERE, STRICT, interpreted, model_with
 from tests.plants.machines import model_of
 from wheelpend.export.c_target import SOURCE_FILE, ascii_only, c_files
 from wheelpend.export.exported_model import exported_model
+from wheelpend.model.record import Model
 
 needs_gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="needs gcc")
 ARDUINO = '#include <math.h>\n#include <stdint.h>\nextern "C" unsigned long micros(void);\n'
@@ -248,15 +249,15 @@ int main(void) {
     (void)balance;
     wp_observer_init(&observer);
     printf("%d ", modes(WP_R(1.0), 1000));
-    printf("%d ", modes(WP_R(0.01), UPRIGHT_SAMPLES - 1));
+    printf("%d ", modes(WP_R(0.01), READY_SAMPLES - 1));
     printf("%d ", modes(WP_R(0.01), 3));
     printf("%d ", modes(WP_R(1.0), 30));
-    printf("%d ", modes(WP_R(0.01), UPRIGHT_SAMPLES - 1));
+    printf("%d ", modes(WP_R(0.01), READY_SAMPLES - 1));
     printf("%d ", modes(WP_R(0.01), 1));
     printf("%d ", modes(none, SILENT_SAMPLES));
     printf("%d ", modes(none, 1));
     sum = WP_R(0.0);
-    modes(WP_R(0.01), UPRIGHT_SAMPLES);
+    modes(WP_R(0.01), READY_SAMPLES);
     const wp_real before = sum;
     observer.now[WP_STATE_THETA_P] = WP_R(0.5);
     control();
@@ -274,6 +275,69 @@ def test_a_robot_that_fell_is_switched_off_until_it_is_set_up_again(library):
     shown = subprocess.run([library / "program"], capture_output=True, text=True, timeout=LIMIT_S, check=True).stdout
     idle, run, fallen = 0, 11, 20
     assert list(map(int, shown.split())) == [idle, idle, run, fallen, fallen, run, run, fallen, 0]
+
+
+SILENT = """
+#define main balance
+#include "balance.c"
+#undef main
+static int runs(wp_real place, int samples) {
+    wp_real measured[WP_OUTPUTS] = {WP_R(0.0)}, command[1];
+    int count = 0;
+    measured[WP_READ_X] = place;
+    for (int k = 0; k < samples; k++) {
+        sample(measured, command);
+        count += mode == RUN;
+        wp_observer_predict(&observer, cut(command[0]));
+    }
+    return count;
+}
+int main(void) {
+    volatile double huge = 1e308;
+    const wp_real none = (wp_real)(huge * 10.0) - (wp_real)(huge * 10.0);
+    (void)balance;
+    wp_observer_init(&observer);
+    printf("%d ", runs(WP_R(1e-4), READY_SAMPLES + 9) - 10);
+    printf("%d ", runs(none, 1000) - SILENT_SAMPLES);
+    printf("%d\\n", runs(WP_R(1e-4), READY_SAMPLES) - 1);
+    return 0;
+}
+"""
+
+
+@needs_gcc
+def test_a_machine_that_cannot_fall_is_off_while_its_sensor_says_nothing(tmp_path):
+    folder = exported_to(tmp_path, model_with(plant="slide"))
+    (folder / "silent.c").write_text(SILENT)
+    made = compiled(folder, "-I", folder / "examples/desktop", program=folder / "silent.c")
+    assert made.returncode == 0, made.stderr
+    shown = subprocess.run([folder / "program"], capture_output=True, text=True, timeout=LIMIT_S, check=True).stdout
+    assert list(map(int, shown.split())) == [0, 0, 0]
+
+
+def test_the_controller_of_an_example_sees_what_the_models_does():
+    toml = """plant = "pendulum"
+[assumptions]
+links = 2
+driven = "second"
+second_encoder = "relative"
+[parameters]
+X1 = { nominal = 0.2 }
+X2 = { nominal = 0.05 }
+X3 = { nominal = 0.06 }
+X4 = { nominal = 1.0 }
+X5 = { nominal = 0.5 }
+X6 = { nominal = 0.1 }
+X7 = { nominal = 0.1 }
+[controller]
+kind = "pid"
+gains = [5.0, 0.5, 0.3]
+"""
+    loop = c_files(exported_model(Model.parse(toml)))["examples/desktop/balance.c"]
+    now = "observer.now[WP_STATE_{}]"
+    angle = " + ".join((f"-{now.format('THETA_1')}", now.format("THETA_2")))
+    rate = " + ".join((f"-{now.format('DTHETA_1')}", now.format("DTHETA_2")))
+    assert f"error = -({angle});" in loop and f"rate = {rate};" in loop
 
 
 def test_its_comments_are_ascii_and_say_what_the_readings_are(library):

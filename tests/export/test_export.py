@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from tests.export.exporting import interpreted, model_with
 from tests.support import run, simulated
@@ -15,6 +16,7 @@ from wheelpend.export.compensation import compensation_of, lowered
 from wheelpend.export.export import export_model, write_export
 from wheelpend.export.exported_model import exported_model
 from wheelpend.export.javascript_replay import replay_in_javascript
+from wheelpend.export.json_target import json_files
 from wheelpend.model import workspace
 from wheelpend.model.record import Model
 
@@ -63,6 +65,42 @@ def test_the_model_as_numbers_has_units_errors_and_equations(here):
     assert written["parameters"]["X5"]["unit"] == "V" and not any("missing" in n for n in written["parameters"])
     assert written["covariance"]["names"] == ["coulomb_drive.torque"]
     assert any("wheel row" in title for title in written["equations"])
+
+
+def test_what_is_written_as_equations_accelerates_as_the_kernels_do():
+    exported = exported_model(model_with("coulomb_drive", "voltage_dead_zone"))
+    written = json.loads(json_files(exported)["model.json"])
+    meant = {"Sign": sp.sign, "Magnitude": sp.Abs, "Ramp": lambda x: sp.Max(x, 0)}
+    rates = dict(zip(written["states"], (0.3, 0.05, 0.4, -0.2), strict=True)) | {"v_in": 0.9}
+    numbers = {n: p["value"] for n, p in written["parameters"].items()} | rates
+    [surface] = written["dry_friction"]
+    slip = np.dot([*surface["weights"].values()], [rates["dtheta_w"], rates["dtheta_p"]])
+    numbers[surface["direction"]] = float(np.sign(slip))
+    friction = sp.sympify(surface["law_sympy"], locals=meant)
+    rows = [
+        (sp.sympify(text, locals=meant) + surface["weights"][row] * friction)
+        for row, text in written["equations_sympy"].items()
+    ]
+    known = {s: numbers[s.name] for row in rows for s in row.free_symbols if s.name in numbers}
+    found = sp.solve([row.subs(known) for row in rows])
+    expected = interpreted(exported.text).acceleration(
+        0.0, np.array([0.3, 0.05, 0.4, -0.2]), 0.9, np.asarray(exported.parameters)
+    )
+    assert [float(v) for _, v in sorted(found.items(), key=lambda e: e[0].name, reverse=True)] == pytest.approx(
+        expected
+    )
+
+
+def test_what_the_equations_do_not_hold_stands_beside_them():
+    names = ("actuator_delay", "winding_inductance", "imu_bias", "imu_lag", "presliding_drive")
+    written = json.loads(json_files(exported_model(model_with(*names)))["model.json"])
+    assert written["input"]["delay"] == "actuator_delay.delay"
+    assert written["input"]["lag"] == "winding_inductance.time_constant" and "v_in" in written["input"]["drive_sympy"]
+    assert "imu_bias.bias" in written["sensors_sympy"]["theta_p"]
+    assert written["sensor_delay"]["delay"] == "imu_lag.delay" and "theta_p" in written["sensor_delay"]["channels"]
+    [force] = written["hysteresis"]
+    assert "presliding_drive.stiffness" in force["law_sympy"]
+    assert any(force["force"] in row for row in written["equations_sympy"].values())
 
 
 def test_a_log_gives_the_numbers_their_correlations(here):

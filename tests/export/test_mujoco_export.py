@@ -91,7 +91,7 @@ def test_another_plant_and_masses_that_cannot_be_are_refused():
 def assuming(**assumptions):
     """The plain robot with its reference values, under other assumptions; one value of damping both ways."""
     default = Model.default()
-    damping = {n: (0.7, 1e-4) for n in ("X6", "X7", "X8", "X9", "X10")}
+    damping = dict.fromkeys(("X6", "X7", "X8", "X9", "X10"), (0.7, 0.0001))
     own = {n: (p, 1e-4) for n, p in X.items()} | damping
     text = default.dump()
     for name, value in assumptions.items():

@@ -119,11 +119,14 @@ def _example(exported: ExportedModel) -> dict[str, Any]:
     module, plant, controller = exported.module, exported.model.plant_signature, exported.model.controller
     value, rate = module.CONTROLLED
     watched = module.OUTPUTS[max(value, 0)]
-    names = {n: f"observer.now[WP_STATE_{macro(n)}]" for n in module.STATES}
+    output = np.asarray(module.OUTPUT_MATRIX, dtype=float)
+    place = output[max(value, 0), : module.NQ]
+    of_rate = output[rate] if rate >= 0 else np.concatenate([np.zeros(module.NQ), place])
+    states = [f"observer.now[WP_STATE_{macro(n)}]" for n in module.STATES]
     return {
         "gains": controller.gains if controller and exported.inputs == 1 else None,
-        "angle": names.get(watched, f"observer.now[{module.NQ - 1}]"),
-        "rate": names.get(module.OUTPUTS[rate] if rate >= 0 else f"d{watched}", f"observer.now[{module.NX - 1}]"),
+        "angle": _weighted_sum(output[max(value, 0)], states),
+        "rate": _weighted_sum(of_rate, states),
         "watched": watched,
         "pitch": f"WP_READ_{macro(watched)}",
         "falls": plant.usual_limits is not None,
@@ -139,17 +142,22 @@ def _example(exported: ExportedModel) -> dict[str, Any]:
 
 def _state_from_readings(exported: ExportedModel) -> list[tuple[str, str]]:
     """Each state that the sensors read, and the sum of readings that it is."""
-    module, found = exported.module, []
-    for name, weights in zip(module.STATES, np.linalg.pinv(np.asarray(module.OUTPUT_MATRIX, dtype=float)), strict=True):
-        terms = [
-            ("" if abs(w - 1.0) < SMALL_WEIGHT else f"{real(round(float(w), 6))} * ")
-            + f"measured[WP_READ_{macro(output)}]"
-            for output, w in zip(module.OUTPUTS, weights, strict=True)
-            if abs(w) > SMALL_WEIGHT
-        ]
-        if terms:
-            found.append((f"WP_STATE_{macro(name)}", " + ".join(terms)))
-    return found
+    module, readings = exported.module, [f"measured[WP_READ_{macro(n)}]" for n in exported.module.OUTPUTS]
+    inverse = np.linalg.pinv(np.asarray(module.OUTPUT_MATRIX, dtype=float))
+    sums = [
+        (f"WP_STATE_{macro(n)}", _weighted_sum(row, readings)) for n, row in zip(module.STATES, inverse, strict=True)
+    ]
+    return [(state, text) for state, text in sums if text]
+
+
+def _weighted_sum(weights: np.ndarray, values: Sequence[str]) -> str:
+    """Text of the sum of values, each times its weight; '' where none has any."""
+    terms = [
+        {1.0: value, -1.0: f"-{value}"}.get(weight, f"{real(weight)} * {value}")
+        for weight, value in zip((round(float(w), 6) for w in weights), values, strict=True)
+        if abs(weight) > SMALL_WEIGHT
+    ]
+    return " + ".join(terms)
 
 
 def _argument(name: str, owner: str) -> str:

@@ -76,7 +76,7 @@ def lowered(exported: ExportedModel, place: int) -> float:
 
 def _is_compensable(row: Effect, module: KernelModule) -> bool:
     """True of an effect that takes something from the input, or changes it, and lasts."""
-    if row.event or row.name in module.ABSORBED:
+    if row.event or row.full_names[0] in module.ABSORBED:
         return False
     if isinstance(row.enters, InputMap):
         return row.name != "voltage_saturation"  # what is cut off no command brings back

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+import derive
 from wheelpend.export.exported_model import ExportedModel
 from wheelpend.model.equations import derived_model, equation_sections
 from wheelpend.serialise import dumps, plain_data
@@ -53,7 +54,44 @@ def _content(exported: ExportedModel) -> dict[str, Any]:
             coordinate.row: sp.srepr(row)
             for coordinate, row in zip(derived.plant.moving, derived.residual, strict=True)
         },
+        **_beside_the_equations(derived),
         "sample_period_s": exported.period,
+    }
+
+
+def _beside_the_equations(derived: derive.Model) -> dict[str, Any]:
+    """What `equations_sympy` do not hold: dry friction, forces with a memory, sensors, and what the command meets."""
+    rows = [c.row for c in derived.plant.moving]
+    return {
+        "dry_friction": [
+            {
+                "port": surface.port,
+                "direction": str(surface.direction),
+                "law_sympy": sp.srepr(surface.law),
+                "weights": dict(zip(rows, surface.slip, strict=True)),
+            }
+            for surface in derived.surfaces
+        ],
+        "hysteresis": [
+            {
+                "force": str(h.force),
+                "before": str(h.before),
+                "path": str(h.path),
+                "law_sympy": sp.srepr(h.law),
+                "weights": dict(zip(rows, h.weights, strict=True)),
+            }
+            for h in derived.hystereses
+        ],
+        "sensors_sympy": {
+            channel.name: sp.srepr(sp.sympify(reading))
+            for channel, reading in zip(derived.plant.channels, derived.readings, strict=True)
+        },
+        "input": {
+            "delay": str(derived.delay),
+            "lag": str(derived.lag),
+            "drive_sympy": sp.srepr(sp.sympify(derived.drive)),
+        },
+        "sensor_delay": {"delay": str(derived.sensor_delay), "channels": list(derived.delayed_channels)},
     }
 
 
