@@ -105,3 +105,12 @@ def test_parameters_that_scatter_too_much_are_named_for_all_parameters_together(
 
     assert told(0.0, 0.42) == ("X1",)  # p = 0.003 of two parameters
     assert told(0.0, 0.38) == ()  # p = 0.007, which would do for one
+
+
+def test_what_is_another_in_every_log_is_no_disagreement():
+    def told(name):
+        logs = [LogResult(str(k), parameters={name: Estimate(0.01 * k, 1e-4)}) for k in range(3)]
+        return summarise(Model.default(), None, logs)
+
+    assert told("slope.angle").disagreeing == () and told("X1").disagreeing == ("X1",)
+    assert told("slope.angle").parameters["slope.angle"].spread == pytest.approx(0.01)

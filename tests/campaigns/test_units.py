@@ -189,6 +189,24 @@ def made_up_fleet(here):
                     units_answer(rows))  # fmt: skip
 
 
+def test_a_drift_is_drawn_without_the_logs_that_do_not_identify_it(here):
+    result = made_up_fleet(here)
+    logs = list(result.logs)
+    silent = ErrorCovariance(("X2",), ((1e-4,),))
+    logs[-1] = replace(logs[-1], parameters={"X2": Estimate(2.0, 0.01)}, covariance=silent)
+    answer = units_answer(logs)
+    assert [d.parameter for d in answer.drifts] == ["X1"]
+    write_fleet_page(replace(result, logs=tuple(logs), fleet=answer), here / "fleet.html", here / "campaign.csv")
+    assert "What drifts" in (here / "fleet.html").read_text(encoding="utf-8")
+
+
+def test_a_date_with_an_offset_is_a_moment():
+    assert day_of("2026-03-31T00:00-12:00") - day_of("2026-03-31T00:00+12:00") == pytest.approx(1.0)
+    assert day_of("2026-03-31T12:00Z") == day_of("2026-03-31T12:00")
+    with pytest.raises(Failure, match="a date must be like"):
+        day_of("0001-01-01T00:00+12:00")
+
+
 def test_the_page_of_a_fleet_draws_who_stands_out_who_lacks_what_and_what_drifts(here):
     result = made_up_fleet(here)
     write_fleet_page(result, here / "fleet.html", here / "campaign.csv", "wheelpend campaign")

@@ -93,7 +93,8 @@ def drift_figure(
     whose = dict.fromkeys(e.unit for e in estimates if drift.unit in (None, e.unit) and drift.parameter in e.names)
     for name in list(whose)[:MAX_FOREST_UNITS]:
         own = [(day, *_estimate(e, drift.parameter))
-               for e, day in zip(estimates, days, strict=True) if e.unit == name]  # fmt: skip
+               for e, day in zip(estimates, days, strict=True)
+               if e.unit == name and drift.parameter in e.names]  # fmt: skip
         day, value, sigma = (np.array(column) for column in zip(*sorted(own), strict=True))
         dates = (day * 86400.0e9).astype("datetime64[ns]").astype(str)
         figure.add_scatter(x=dates, y=value, mode="lines+markers", name=name,

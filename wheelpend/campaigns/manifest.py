@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -105,12 +105,13 @@ def _log_of(manifest: Path | str, log: str) -> Path | str:
 
 
 def day_of(date: str, place: str = "A manifest") -> float:
-    """Days [d] since 1970 of a date or a time; raises Failure where it is none."""
+    """Days [d] since 1970 of a date or a time, of UTC where it says its offset; raises Failure where it is none."""
     try:
         found = datetime.fromisoformat(date)
-    except ValueError:
+        moment = found.astimezone(UTC) if found.tzinfo else found
+    except (ValueError, OverflowError):
         raise Failure(f"{place}: a date must be like 2026-03-31 or 2026-03-31T14:05, not '{date}'.") from None
-    return (found.replace(tzinfo=None) - datetime(1970, 1, 1)).total_seconds() / 86400.0
+    return (moment.replace(tzinfo=None) - datetime(1970, 1, 1)).total_seconds() / 86400.0
 
 
 def listed_logs(given: Sequence[Path | str]) -> list[Listed]:

@@ -15,6 +15,7 @@ from scipy.special import chdtrc
 from derive.parameter_name import effect_of
 from wheelpend.campaigns.one_log import Estimate, LogResult, SimulationSpec
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
+from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 from wheelpend.proportion import Proportion, proportion_of
@@ -302,8 +303,12 @@ def largest_deviation(logs: Sequence[str], values: np.ndarray, weights: np.ndarr
 
 
 def disagreeing_parameters(parameters: Mapping[str, ParameterRecovery | ParameterAgreement]) -> tuple[str, ...]:
-    """Parameters on which the logs do not agree; by chance any is named in DISAGREEMENT_P_VALUE of all campaigns."""
-    rows = {n: row.p_value for n, row in parameters.items() if isinstance(row, ParameterAgreement)}
+    """Parameters on which the logs do not agree; by chance any is named in DISAGREEMENT_P_VALUE of all campaigns.
+
+    None that is another in every log: a slope, an encoder's zero.
+    """
+    shared = {n: row for n, row in parameters.items() if not per_log_names([n])}
+    rows = {n: row.p_value for n, row in shared.items() if isinstance(row, ParameterAgreement)}
     judged = {n: p for n, p in rows.items() if p is not None}
     return tuple(n for n, p in judged.items() if p < DISAGREEMENT_P_VALUE / len(judged))
 

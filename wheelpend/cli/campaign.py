@@ -62,12 +62,12 @@ def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Ca
     with progress("reading") as update:
         result = campaign_result(model, request, update)
     write_csv(out, result)
+    check_some_log_usable(result, out)
+    print_result(result, json, lambda: print_text(campaign_text(result, out)))
     if request.report is not None:
         from wheelpend.campaigns.fleet_page import write_fleet_page  # imported late: loads Plotly
 
         write_fleet_page(result, request.report, out, shlex.join(["wheelpend", *sys.argv[1:]]))
-    check_some_log_usable(result, out)
-    print_result(result, json, lambda: print_text(campaign_text(result, out)))
     return result
 
 

@@ -26,6 +26,8 @@ MAX_LISTED_TIMES = 12  # of a log
 MIN_TELLING_SEGMENTS = 5  # predicted, below which an error over a long horizon is one of a few starts
 MAX_NOISE_ERROR_RATIO = 1.05  # times the noise floor; below it the model explains a log
 
+LOST_FIT = -1e6  # %, below which a prediction did not miss but ran away
+
 
 def comparison_text(result: Comparison, model: Model) -> TextBlocks:
     """Errors, fits, the closed loop, and where the model fails."""
@@ -51,7 +53,10 @@ def _error_text(result: Comparison, quantities: PlantUnits) -> TextBlocks:
     yield Table(
         f"Fit per channel over {result.horizon_s:g} s",
         ("channel", "fit [%]", "rmse"),
-        [(c, f"{fit:.2f}", quantity_text(result.rmse[c], quantities.unit(c))) for c, fit in result.fit_percent.items()],
+        [
+            (c, _fit_text(fit), quantity_text(result.rmse[c], quantities.unit(c)))
+            for c, fit in result.fit_percent.items()
+        ],
     )
     yield Table(
         "Error against horizon",
@@ -85,7 +90,9 @@ def _models_text(result: Comparison) -> TextBlocks:
 
 
 def _fit_text(percent: float | None) -> str:
-    return "" if percent is None else f"{percent:.2f}"
+    if percent is None:
+        return ""
+    return f"{percent:.2f}" if percent > LOST_FIT else "diverged"
 
 
 def _closed_loop_lines(result: Comparison, quantities: PlantUnits) -> Iterator[str]:
