@@ -31,7 +31,9 @@ def climbed(begun, *effects, near=()):
     error = validation_residuals(problem, fitted)[0]
     below = [SimpleNamespace(named=(SimpleNamespace(effect=e, equivalent_to=()),)) for e in effects]
     accounted = error <= MAX_EXPLAINED_ERROR_RATIO * problem.floor
-    return [*below, SimpleNamespace(named=(), error=error, problem=problem, fit=fitted, is_explained=accounted)]
+    last = SimpleNamespace(named=(), error=error, problem=problem, fit=fitted, is_explained=accounted)
+    last.by_likelihood = False
+    return [*below, last]
 
 
 def test_an_effect_that_later_ones_make_needless_is_told(begun):
@@ -78,9 +80,18 @@ def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_f
     assert stepwise.stepwise(*begun, lambda rounds: False) is after
     assert barred == [(), ("quadratic_drive",)]
     after = [SimpleNamespace(named=(), error=2.0, problem=begun[0], fit=None, is_explained=False)]
+    likely = after
+
+    def by_likelihood(problem, start, enough, progress):
+        barred.append(problem.redundant_effects)
+        return likely
+
+    monkeypatch.setattr(stepwise, "rounds_by_likelihood", by_likelihood)
     assert stepwise.stepwise(*begun, lambda rounds: False) is whole
-    chosen_from = {e.name for e in begun[0].candidates()} - set(barred[-1])
-    assert chosen_from == {"coulomb_drive", "slope"}  # last, only what is not needless may be named
+    for excluded in barred[-2:]:  # last, only what is not needless may be named, by what it leaves and by likelihood
+        assert {e.name for e in begun[0].candidates()} - set(excluded) == {"coulomb_drive", "slope"}
+    likely = climbed(begun, "coulomb_drive", "slope")
+    assert stepwise.stepwise(*begun, lambda rounds: False) is likely
 
 
 @dataclass(frozen=True)
@@ -227,6 +238,7 @@ def test_where_no_filter_can_follow_the_model_the_answer_of_the_horizon_stands_w
     @dataclass(frozen=True)
     class Last:
         warnings: tuple[str, ...] = ("first",)
+        by_likelihood: bool = False
 
     monkeypatch.setattr(
         stepwise, "best_result", lambda rounds: stepwise.Result(1.0, None, SimpleNamespace(of_log=lambda number: {}))

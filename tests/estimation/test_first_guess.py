@@ -7,6 +7,8 @@ from wheelpend import Log, Model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.first_guess import initial_states, means_at_rest
 from wheelpend.estimation.prediction import prediction_error
+from wheelpend.estimation.segments import Segments
+from wheelpend.model.model_kernels import library_module_of
 
 SIGMA, RATE_HZ = 0.002, 60.0
 FRICTION = {"X1": 0.0244, "coulomb_drive.torque": 0.03, "encoder_zero.bias": 0.02}
@@ -40,6 +42,21 @@ def test_a_segment_at_rest_begins_at_its_mean_without_speed_and_one_that_moves_o
     still = (log.t[part.bounds[:, 0]] > 1.0) & (part.bounds[:, 1] < 2000)
     assert np.abs(states[still, 0] - 0.012).max() < 5.0 * SIGMA / np.sqrt(30.0) and not states[still, 1].any()
     assert still.sum() > 50 and np.abs(states[late, 1] - 0.4).mean() < 0.15
+
+
+@pytest.mark.parametrize("start", [0.0, 0.4, 1.7, 3.3])
+def test_slow_motion_in_the_steps_of_an_encoder_begins_in_its_direction_and_fast_motion_where_it_is(start):
+    step, model = 2.0 * np.pi / 4096, Model.parse('plant = "slide"')
+    t = np.arange(0.0, 0.5, 0.005)
+    phase, slow, fast = 2.0 * np.pi * start / 4.0, 0.05, 15.0  # rad/s
+
+    def begun(motion):
+        log = Log("steps", t, np.zeros(t.size), (np.round(motion / step) * step)[:, None], ("x",), rates={})
+        part = Segments(log, np.array([step / np.sqrt(12.0)]), np.array([[0, t.size]]))
+        return initial_states(library_module_of(model), part)[0]
+
+    assert begun(slow * t + start * step)[1] == pytest.approx(slow, rel=0.35)
+    assert begun(np.sin(fast * t + phase))[1] == pytest.approx(fast * np.cos(phase), abs=0.1 * fast)
 
 
 def test_readings_are_at_rest_where_each_scatters_by_its_noise_and_missing_ones_do_not_count():

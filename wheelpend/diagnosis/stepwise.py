@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 from wheelpend.diagnosis.alternatives import with_backlash
@@ -173,16 +174,27 @@ def _without_redundant(
             break
         progress(f"{redundant} is needless beside the others: once more without it")
         problem = replace(problem, redundant_effects=(*problem.redundant_effects, redundant))
-        first = first_round(problem, start, progress)
-        first = with_partner(first, progress) if is_paired and _explains_nothing(first) else first
-        other = forward_pass(first, is_done, progress)
-        if not is_as_good(best_result(other), best_result(rounds)):
-            progress("not from here: once more with the others alone")
-            other = _among_the_others(rounds, problem, start, is_done, progress)
-        if not is_as_good(best_result(other), best_result(rounds)):
+        ways = (
+            partial(_anew, problem, start, is_done, progress, is_paired=is_paired),
+            partial(_among_the_others, rounds, problem, start, is_done, progress),
+            partial(_likely_among_the_others, rounds, problem, start, is_done, progress),
+        )
+        best = best_result(rounds)
+        other = next((found for way in ways if is_as_good(best_result(found := way()), best)), None)
+        if other is None:
             break
         rounds = other
     return rounds, problem
+
+
+def _anew(
+    problem: EstimationProblem, start: dict[str, float], is_done: Callable[[Rounds], bool], progress: Progress, *,
+    is_paired: bool,
+) -> Rounds:  # fmt: skip
+    """Rounds from the beginning, of two that hide each other first where these were sought."""
+    first = first_round(problem, start, progress)
+    first = with_partner(first, progress) if is_paired and _explains_nothing(first) else first
+    return forward_pass(first, is_done, progress)
 
 
 def _among_the_others(
@@ -193,17 +205,37 @@ def _among_the_others(
 
     Far from what explains the logs an effect that others will make needless can look like the only way on.
     """
-    added = [r.named[0] for r in rounds if r.named]
-    simpler = [s for c in added for s in nested_effects(problem, c.effect)]
-    kept = {*(c.effect for c in added), *(e for c in added for e in c.equivalent_to), *simpler}
-    others = [e.name for e in problem.candidates() if e.name not in kept]
-    narrow = replace(problem, redundant_effects=(*problem.redundant_effects, *others))
+    progress("not from here: once more with the others alone")
+    narrow = _narrowed_to(rounds, problem)
     found = forward_pass(first_round(narrow, start, progress), is_done, progress)
     named = [r for r in found if r.named]
     if not named:
         return found
     last = replace(named[-1], problem=replace(named[-1].problem, redundant_effects=problem.redundant_effects))
     return [*named[:-1], *forward_pass(last, lambda later: is_done([*named[:-1], *later]), progress)]
+
+
+def _likely_among_the_others(
+    rounds: Rounds, problem: EstimationProblem, start: dict[str, float], is_done: Callable[[Rounds], bool],
+    progress: Progress,
+) -> Rounds:  # fmt: skip
+    """The same by likelihood: of two that hide each other, either alone may raise the error and yet be seen.
+
+    None by which this cannot be done.
+    """
+    progress("nor so: once more with the others alone, by likelihood")
+    narrow = _narrowed_to(rounds, problem)
+    likely, _ = found_or_warning("", lambda: rounds_by_likelihood(narrow, start, is_done, progress))
+    return likely or rounds[:1]
+
+
+def _narrowed_to(rounds: Rounds, problem: EstimationProblem) -> EstimationProblem:
+    """A problem with no candidates but those that rounds added, their twins, and what these contain or approach."""
+    added = [r.named[0] for r in rounds if r.named]
+    simpler = [s for c in added for s in nested_effects(problem, c.effect)]
+    kept = {*(c.effect for c in added), *(e for c in added for e in c.equivalent_to), *simpler}
+    others = [e.name for e in problem.candidates() if e.name not in kept]
+    return replace(problem, redundant_effects=(*problem.redundant_effects, *others))
 
 
 def _with_what_shows_later(
@@ -219,6 +251,8 @@ def _with_what_shows_later(
     time. The filter sees it over the whole log, and a random force takes its place. What it finds counts only if it
     predicts as well, or at the noise floor; and where effects were named already, if it leaves nothing that repeats.
     """
+    if rounds[-1].by_likelihood:
+        return rounds
     error, reached, fitted = best_result(rounds)
 
     def sought() -> Rounds:

@@ -27,6 +27,11 @@ class Segments:
         """Number of measured values in the segments."""
         return int(sum(np.isfinite(self.log.measured[a:b]).sum() for a, b in self.bounds))
 
+    def chosen(self, places: np.ndarray) -> Segments:
+        """The segments at these places among them."""
+        weights = None if self.weights is None else self.weights[places]
+        return replace(self, bounds=np.ascontiguousarray(self.bounds[places]), weights=weights)
+
     def are_lost(self, residual: np.ndarray) -> bool:
         """A prediction that is off by many times all that a channel did, by its residual (N, channels) [σ]."""
         did = np.nanmax(self.log.measured, axis=0) - np.nanmin(self.log.measured, axis=0)

@@ -12,7 +12,8 @@ from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation, Simulator, has_coupled_segments
 
 MAX_STATE_UPDATE_ROUNDS = 3  # rounds up to which initial states are only brought up to date, from one start
-START_STATE_DAMPING = 1e-4  # of the unit diagonal
+START_STATE_DAMPING, MAX_STATE_DAMPING = 1e-4, 1e3  # of the unit diagonal
+SUFFICIENT_DECREASE, ROUNDING_DECREASE = 1e-5, 1e-9  # of a sum of squares
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a segment that diverges gives infinities, and is rejected
@@ -31,18 +32,31 @@ def fit_states(
         return states, linearise(states)
     states = states.copy()
     best, damping = linearise(states), np.full(len(states), START_STATE_DAMPING)
+    moving = np.arange(len(states))
     for _ in range(rounds):
-        step = solve_damped(best.gram[:, :-1, :-1], best.gram[:, :-1, -1:], damping)[:, :, 0]
-        trial = linearise(states + step)
-        old, new = (np.nan_to_num(x.gram[:, -1, -1], nan=np.inf) for x in (best, trial))
-        better = new < old
-        gain = np.where(better & np.isfinite(old), old - new, 0.0)
-        states[better] += step[better]
-        damping = np.where(better, damping * 0.1, damping * 10.0)
-        best = _merge_improved(best, trial, segments, better)
-        if np.all(gain <= 1e-4 * (1.0 + np.where(np.isfinite(old), old, 0.0)) / 10.0):
+        if not len(moving):
             break
+        part, gram = segments.chosen(moving), best.gram[moving]
+        trial_states = states[moving] + solve_damped(gram[:, :-1, :-1], gram[:, :-1, -1:], damping[moving])[:, :, 0]
+        trial = simulator.shoot(part, trial_states, parameters, keep_residual=keep_residual)
+        old, new = (np.nan_to_num(x[:, -1, -1], nan=np.inf) for x in (gram, trial.gram))
+        better = new < old
+        states[moving[better]] = trial_states[better]
+        damping[moving] *= np.where(better, 0.1, 10.0)
+        best = _merge_improved(best, trial, segments, moving[better], better)
+        moving = moving[_still_moves(old, new, damping[moving])]
     return states, best
+
+
+def _still_moves(old: np.ndarray, new: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Mask (segments,) of those whose sum of squares a further step may lower, after one that took it from old to new.
+
+    A step that raised it was too long: where dry friction holds or lets go, the way down may begin with a short one.
+    """
+    lowered = new < old
+    falls = lowered & (old - new > SUFFICIENT_DECREASE * (1.0 + new))
+    too_long = np.isfinite(old) & (new - old > ROUNDING_DECREASE * old) & (damping <= MAX_STATE_DAMPING)
+    return falls | (~lowered & too_long)
 
 
 def sequential_states(
@@ -59,12 +73,12 @@ def sequential_states(
 
 
 def _merge_improved(
-    old: ShootingLinearisation, new: ShootingLinearisation, segments: Segments, better: np.ndarray
+    old: ShootingLinearisation, new: ShootingLinearisation, segments: Segments, places: np.ndarray, better: np.ndarray
 ) -> ShootingLinearisation:
-    """The new linearisation for the segments that are better, the old one for the others."""
+    """The old linearisation, with the new one's better segments in these places."""
     gram, residual = old.gram.copy(), old.residual.copy()
-    gram[better] = new.gram[better]
-    for a, b in segments.bounds[better] if len(residual) else ():
+    gram[places] = new.gram[better]
+    for a, b in segments.bounds[places] if len(residual) else ():
         residual[a:b] = new.residual[a:b]
     return ShootingLinearisation(gram, residual)
 
