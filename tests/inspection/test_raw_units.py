@@ -13,6 +13,7 @@ from wheelpend.inspection.findings import LogCorrections
 from wheelpend.inspection.inspect import inspect_log
 from wheelpend.inspection.raw_units import find_duty, find_rectified
 from wheelpend.inspection.sampling import dropped_rows
+from wheelpend.inspection.survey import survey_file
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -110,3 +111,19 @@ def test_a_speed_that_is_taken_for_a_place_is_told_and_no_command_is_blamed(held
     place = np.cumsum(np.where(np.sin(3.0 * t) > 0.0, 1.0, -1.0) * volts)
     found = find_rectified(Log.from_arrays(t, table=table, v_in=volts, x=place), table)
     assert [f.kind for f in found] == ["rectified"]
+
+
+def test_an_output_that_follows_its_command_as_slowly_as_a_heavy_wheel_is_a_speed_and_a_way_is_none(tmp_path):
+    rng = np.random.default_rng(3)
+    t = np.arange(0.0, 9.0, 0.02)
+    command = np.repeat(rng.choice([0.35, 0.44], 60), 8)[: t.size]
+    decay = np.exp(-0.02 / 0.4)
+    speed = np.empty(t.size)
+    speed[0] = 1000.0 * (command[0] - 0.25)
+    for k in range(1, t.size):
+        speed[k] = decay * speed[k - 1] + (1.0 - decay) * 1000.0 * (command[k - 1] - 0.25)
+    for values, is_speed in ((speed, True), (np.cumsum(speed - speed.mean()) * 0.02, False)):
+        path = tmp_path / "log.csv"
+        rows = np.column_stack([t, command, values])
+        np.savetxt(path, rows, delimiter=",", header="t,u,y", comments="")
+        assert (survey_file(path).speed == "y") == is_speed

@@ -13,6 +13,8 @@ from wheelpend.inspection.signals import Signals
 MIN_GRAVITY_GAIN = 1.3  # times less of an acceleration left by gravity, from which on it pulls the position back
 MAX_ROUNDING_SHARE = 1e-6  # of an input, rms, below which what is left of it is that of its digits
 MIN_SWING_RAD = 0.5  # below which a spring would do as well
+RESTING_SHARE, MIN_RESTING_READINGS, MIN_RESTING_PART = 0.05, 5, 0.1  # of a swing: what is at rest; of a log, as long
+MIN_SWINGS = 4  # half periods of a free swing before it rests
 MIN_POLE_SWING_RAD = 0.2  # of a pole, the cart's acceleration known
 MAX_POLE_ZERO_RAD = 0.5  # of what a pole reads as it hangs, to be measured from there
 MAX_ZERO_DEVIATION_RAD = 0.1  # of a zero from hanging or upright, within which it counts as that
@@ -33,6 +35,26 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], uni
         return None
     sine, cosine = left[1][1][-2:]
     return _on_the_side_of(float(math.atan2(cosine, -sine)), float(angle[0]))
+
+
+def resting_zero(angle: np.ndarray) -> float | None:
+    """Reading at which an angle (N,) that nothing drives comes to rest [rad], having swung about it; None of any other.
+
+    Where few readings fall in a swing no acceleration is had from them, but a swing that dies out ends where it hangs,
+    as near as dry friction lets it.
+    """
+    known = angle[np.isfinite(angle)]
+    swing = float(np.ptp(known)) if known.size else 0.0
+    if swing < MIN_SWING_RAD:
+        return None
+    away = np.flatnonzero(np.abs(known - np.median(known[-MIN_RESTING_READINGS:])) > RESTING_SHARE * swing)
+    resting = known[away[-1] + 1 :] if len(away) else known
+    if len(away) == 0 or len(resting) < max(MIN_RESTING_READINGS, MIN_RESTING_PART * len(known)):
+        return None
+    zero = float(np.median(resting))
+    sides = np.sign(known[away] - zero)
+    swings = np.count_nonzero(np.diff(sides))
+    return zero if swings >= MIN_SWINGS else None
 
 
 class ChainZero(NamedTuple):

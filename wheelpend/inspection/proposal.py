@@ -25,7 +25,7 @@ from wheelpend.inspection.column_names import (
     unit_within,
 )
 from wheelpend.inspection.column_roles import is_called_place
-from wheelpend.inspection.gravity import ChainZero, chain_zero, gravity_zero, hangs_at_zero, zero_offset
+from wheelpend.inspection.gravity import ChainZero, chain_zero, gravity_zero, hangs_at_zero, resting_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
@@ -229,7 +229,8 @@ def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
     if signals and not inputs:
         values = signals.channels[place]
         signals = signals.since(held_samples(signals.dt * np.arange(len(values)), [values]))
-    return gravity_zero(signals, place, inputs, unit)
+    zero = gravity_zero(signals, place, inputs, unit)
+    return resting_zero(survey.values[place] / unit) if zero is None and not inputs else zero
 
 
 def chain_hanging_at(

@@ -18,7 +18,7 @@ MIN_PWM_PEAK = 30.0  # whole numbers up to which an input may as well be volts
 ACTING_SHARE = 0.1  # of its largest value, from which on an input acts
 MIN_WAY_BACK_SHARE = 0.1  # of a place's way, against an input that acts one way only: a brake takes less
 LEVEL_LAGS = (0, 1, 2, 4, 8, 16, 32)  # samples in which a speed follows its command
-MIN_LAGS_IN_LOG = 50  # of the slowest of them
+MIN_LAGS_IN_LOG = 20  # of the slowest of them
 MIN_LEVEL_SHARE = 0.8  # of a signal's variance that its level explains by the input alone, of a speed
 MIN_CLIPPED_SAMPLES = 3  # readings at just 1 or 100, from which on that is a limit
 MIN_COUNTS_NAMED = 20.0  # range of an encoder's readings in whole numbers, beyond which they are no rad nor m
@@ -85,28 +85,37 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
     if level > MIN_LEVEL_SHARE:
         sentence = (f"{places[0]} settles at a level that {name} sets ({100 * level:.2g} % of its variance), as a "
                     "speed does and no place.")  # fmt: skip
-        cure = "If it is one, sum it over the time, and map that place."
+        speed_unit = {"rad": "rad/s", "m": "m/s"}[table.units[places[0]]]
+        cure = f'If it is one, say so in [columns] with unit = "{speed_unit}": it is then summed over the time.'
         return [Finding("speed", places[0], sentence, cure, None)]
     sentence = (f"{name} is never negative, but {places[0]} moves both ways while it acts ({share:.2g} % of the way "
                 "against the rest): the log has the command's size without its direction.")  # fmt: skip
     cure = ("Log the direction pin too, and give the command its sign by it; no motor can be found before. What pushes "
-            "one way only, against a weight or a spring, has none.")  # fmt: skip
+            "one way only, against a weight or a spring, has none. "
+            f"If {places[0]} is a speed, say so by its unit.")  # fmt: skip
     return [Finding("rectified", name, sentence, cure, None)]
 
 
 def level_share(command: np.ndarray, values: np.ndarray) -> float:
     """Share of a signal's variance (N,) that a level explains which a command (N,) sets, followed at some lag.
 
-    A motor's speed follows its voltage so, and a place does not. 0 of a signal of too few samples.
+    A motor's speed follows its voltage so, and a place does not. 0 of a signal of too few samples, and of one that the
+    way which is gone at such levels explains better: over a short log a place may look like a slow speed.
     """
     from scipy.signal import lfilter  # imported late: scipy.signal takes longer to load than most commands
 
-    if len(command) < MIN_LAGS_IN_LOG:
-        return 0.0
-    lags = [lag for lag in LEVEL_LAGS if lag * MIN_LAGS_IN_LOG <= len(command)]
+    lags = [lag for lag in LEVEL_LAGS if max(lag, 1) * MIN_LAGS_IN_LOG <= len(command)]
     decays = [math.exp(-1.0 / lag) if lag else 0.0 for lag in lags]
-    levels = (lfilter([1.0 - a], [1.0, -a], command, zi=[a * command[0]])[0] for a in decays)
-    return max(share_in_common(level, values) for level in levels)
+    levels = [lfilter([1.0 - a], [1.0, -a], command, zi=[a * command[0]])[0] for a in decays]
+    share = max((share_in_common(level, values) for level in levels), default=0.0)
+    return share if share > max((way_share(level, values) for level in levels), default=0.0) else 0.0
+
+
+def way_share(speed: np.ndarray, values: np.ndarray) -> float:
+    """Share of a signal's variance (N,) that a way explains which is gone at a speed (N,) but for a constant one."""
+    way = np.column_stack([np.ones(len(speed)), np.arange(len(speed)), np.cumsum(speed - speed.mean())])
+    left = values - way @ np.linalg.lstsq(way, values, rcond=None)[0]
+    return 1.0 - float(np.var(left) / np.var(values)) if np.ptp(values) else 0.0
 
 
 def states_volts(column: str) -> bool:

@@ -179,8 +179,8 @@ def following_speed(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
     commands = [n for n in as_read.of_role("input") if not is_of_right_wheel(n, values)]
     if len(commands) != 1:
         return ""
-    free = [c.name for c in as_read.columns if c.role == "further" and says_nothing(c.name)]
-    free += [c.name for c in as_read.columns if c.role in ("further", "position") and is_increment(c.name)]
+    unsure = [c.name for c in as_read.columns if c.role in ("further", "position")]
+    free = [n for n in unsure if says_nothing(n) or is_increment(n)]
     able = [n for n in free if not is_of_right_wheel(n, values)]
     known = {n: np.isfinite(values[n]) & np.isfinite(values[commands[0]]) for n in able}
     found = [n for n in able if level_share(values[commands[0]][known[n]], values[n][known[n]]) > MIN_LEVEL_SHARE]

@@ -132,9 +132,10 @@ def held_samples(t: np.ndarray, places: Sequence[np.ndarray]) -> int:
     for values in places:
         gone = np.abs(values - values[:1])
         way = float(np.nanmax(gone, initial=0.0))
-        if HELD_BAND_SIGMAS * difference_noise(values) > HELD_BAND_SHARE * way:
+        leaves = int(np.argmax(gone > HELD_BAND_SHARE * way))
+        if HELD_BAND_SIGMAS * difference_noise(values[:leaves]) > HELD_BAND_SHARE * way:  # of a coarse log's swing more
             return 0
-        last = min(last, int(np.argmax(gone > HELD_BAND_SHARE * way)))
+        last = min(last, leaves)
         half = min(half, int(np.argmax(gone > 0.5 * way)))
     held = last < len(t) and t[last] - t[0] > MIN_HELD_RATIO * (t[half] - t[last])
     return last if held and last >= MIN_HELD_SAMPLES else 0
