@@ -170,6 +170,18 @@ def test_a_row_of_which_half_are_units_is_one_of_units(tmp_path, units):
     assert_same(read(tmp_path, path.read_text()))
 
 
+def test_two_rows_of_names_are_one_header(tmp_path):
+    above = ["Axis1", "Number of sampling data,40", "Time,Analog 1,Analog 2,Analog 3,Analog 4",
+             "s,v_in,Servo motor speed,Not selected,Not selected"]  # fmt: skip
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([*above, *text(",", header=False).splitlines()]))
+    names = ["Time (s)", "Analog 1 v_in", "Analog 2 Servo motor speed"]
+    layout = csv_layout(path)
+    assert layout.names == [*names, "Analog 3 Not selected", "Analog 4 Not selected"] and not layout.units
+    both = dict(zip(NAMES, layout.names, strict=True))
+    assert_same(read(tmp_path, path.read_text(), {n: ColumnMap(c) for n, c in both.items()}))
+
+
 @pytest.mark.parametrize(("between", "rows"), [("  ", "\t"), (",", "\t"), ("\t", ","), (";", ",")])
 def test_a_header_may_be_separated_otherwise_than_the_rows(tmp_path, between, rows):
     assert_same(read(tmp_path, "\n".join([between.join(NAMES), *text(rows, header=False).splitlines()])))

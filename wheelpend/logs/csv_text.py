@@ -155,6 +155,7 @@ def usual_width(table: Sequence[Line]) -> int:
 def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
     """The header, with a row of units under it where there is one, and the index of the first row.
 
+    A second line of names is joined to the first.
     No header is found where numbers stand before all text; without any row of numbers the first line is one. Some of
     its names may be numbers, as those of channels are, if only numbers stand in the rows under it.
     """
@@ -172,9 +173,17 @@ def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
         if is_row(follows) or not is_title(follows, len(line.cells)):
             return [line], k + 1
         if len(follows.cells) == len(line.cells):
-            has_units = is_row_of_units(follows.cells) and follows.texts <= line.texts
-            return ([line, follows], k + 2) if has_units else ([line], k + 1)
+            if is_row_of_units(follows.cells) and follows.texts <= line.texts:
+                return [line, follows], k + 2
+            has_two = k + 2 < len(table) and is_row(table[k + 2])
+            return ([joined_names(line, follows)], k + 2) if has_two else ([line], k + 1)
     return list(table[:1]), min(1, len(table))
+
+
+def joined_names(line: Line, follows: Line) -> Line:
+    """A header of two lines as one: the channel of a recorder, and what it was set to record."""
+    pairs = zip(line.cells, follows.cells, strict=True)
+    return Line(line.number, [f"{a} ({b})" if a and b and is_unit(b) else f"{a} {b}".strip() for a, b in pairs])
 
 
 def lines_between(table: Sequence[Line], width: int) -> int:
