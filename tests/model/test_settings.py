@@ -115,6 +115,18 @@ def test_a_step_follows_a_scale_alone(tmp_path, monkeypatch, setting, step):
     assert sensors.step == {"theta_p": step} and sensors.of_plant["encoder_counts"] == 1000, "as its data sheet says"
 
 
+def test_the_step_of_a_place_is_none_of_a_speed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tables = "[sensors]\nnoise = { x = 0.1 }\nstep = { x = 0.1122 }\n\n[columns]\nx = { column = \"y\" }\n"
+    workspace.create(tmp_path, text=f'plant = "slide"\n{tables}')
+    said = run("set", "columns.x.unit=m/s").output
+    sensors = Model.open(tmp_path).sensors
+    assert sensors.step == {} and "x" not in sensors.noise and "sensors.step.x" in said
+    run("set", "sensors.step.x=0.01")
+    run("set", "columns.x.unit=cm/s")
+    assert Model.open(tmp_path).sensors.step == {"x": pytest.approx(0.0001)}
+
+
 def test_a_step_in_whole_numbers_becomes_what_it_is_and_what_is_taken_out_is_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     columns = 'x = { column = "a", scale = 0.001 }'

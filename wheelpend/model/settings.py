@@ -149,8 +149,8 @@ def _complete(model: Model, settings: Sequence[Setting]) -> list[Setting]:
 def _rescaled(model: Model, settings: Sequence[Setting]) -> list[Setting]:
     """What is stated of the noise and the step of channels whose unit or scale these settings change, in the new one.
 
-    But of what they state themselves, and of counts per turn, which are the encoder's: only such as were made with a
-    guessed scale follow it.
+    Nothing where a place becomes a speed, or the other way. But of what they state themselves, and of counts per turn,
+    which are the encoder's: only such as were made with a guessed scale follow it.
     """
     tables, given = parse_toml(model.text), {s.place for s in settings}
     found = []
@@ -162,9 +162,10 @@ def _rescaled(model: Model, settings: Sequence[Setting]) -> list[Setting]:
             ("sensors", sensor.noise_key if sensor else ""),
         ]
         stated = {place: _entry(tables, Setting(place, None)) for place in places if place not in given and place[-1]}
-        found += [Setting(p, float(f"{v * factor:.6g}")) for p, v in stated.items() if isinstance(v, int | float)]
+        numbers = {p: v for p, v in stated.items() if isinstance(v, int | float)}
+        found += [Setting(p, None if factor is None else float(f"{v * factor:.6g}")) for p, v in numbers.items()]
         counts = ("sensors", sensor.counts_key if sensor else "")
-        if counts not in given and _is_guessed(model.text, counts):
+        if factor is not None and counts not in given and _is_guessed(model.text, counts):
             found.append(Setting(counts, max(1, round(_entry(tables, Setting(counts, None)) / factor))))
     return found
 
@@ -176,16 +177,17 @@ def _is_guessed(text: str, place: tuple[str, ...]) -> bool:
     return bool(place[-1]) and has_guess_mark(text, place)
 
 
-def _changed_scales(model: Model, settings: Sequence[Setting]) -> dict[str, float]:
+def _changed_scales(model: Model, settings: Sequence[Setting]) -> dict[str, float | None]:
     """By what factor these settings change how a column of the file is read, of those that are changed.
 
-    Of another column nothing is known, nor of one that was read in a unit that it cannot have.
+    None where a place becomes a speed that is summed, or the other way: the step of the one is none of the other. Of
+    another column nothing is known, nor of one that was read in a unit that it cannot have.
     """
     changes: dict[str, dict[str, Any]] = {}
     for setting in settings:
         if setting.place[0] == "columns" and len(setting.place) == 3:
             changes.setdefault(setting.place[1], {})[setting.place[2]] = setting.value
-    found = {}
+    found: dict[str, float | None] = {}
     for name, changed in changes.items():
         before = model.columns.get(name)
         if before is None or name not in model.table.channels or changed.get("column", before.column) != before.column:
@@ -193,8 +195,8 @@ def _changed_scales(model: Model, settings: Sequence[Setting]) -> dict[str, floa
         scale = changed.get("scale", before.scale)
         old = _factor(model, name, before.unit, before.scale)
         new = _factor(model, name, changed.get("unit", before.unit) or "", 1.0 if scale is None else scale)
-        if old and new and old != new and old[1] == new[1]:
-            found[name] = new[0] / old[0]
+        if old and new and old != new:
+            found[name] = new[0] / old[0] if old[1] == new[1] else None
     return found
 
 
