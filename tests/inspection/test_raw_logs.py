@@ -341,6 +341,16 @@ def test_counts_since_the_row_before_are_a_speed(tmp_path):
     assert found.of_role("position") == ["delta_left"] and not found.speed  # called so, but it follows no level
 
 
+def test_where_no_plant_fits_the_line_to_begin_with_names_the_speed_and_not_what_it_was_summed_to(tmp_path):
+    columns = {"t": np.arange(600) * 0.01, **counted_per_row(), "load_torque": np.sin(np.arange(600) * 0.05)}
+    speed = columns.pop("delta_left")
+    del columns["delta_right"]
+    path = write_csv(tmp_path / "log.csv", {**columns, "voltage": np.cos(np.arange(600) * 0.03), "output_speed": speed})
+    with pytest.raises(Failure, match="no plant has 1 position and 3 inputs") as refused:
+        first_look(path)
+    assert 'x = { column = "output_speed", unit = "m/s" }' in str(refused.value)
+
+
 def swinging_phone(**other: np.ndarray) -> dict[str, np.ndarray]:
     """What the gyro of a phone reads that swings about its y."""
     t, _, angle = swing(3000, 0.9)

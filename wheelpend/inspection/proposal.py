@@ -354,6 +354,9 @@ def plant_advice(survey: Survey, left: list[str]) -> str:
     turns = first in survey.values and (survey.base_of(first) == "rad" or looks_like_degrees(survey, first))
     name = "v_in" if needs_input else "theta_1" if first != "..." and turns else "x"
     unit = stated_unit(first) or ("deg" if first in places and looks_like_degrees(survey, first) else "")
+    if first == SUMMED_PLACE:
+        first, unit = survey.speed, stated_unit(survey.speed) or speed_unit("rad" if name == "theta_1" else "m")
+        places = [first]
     entry = f'{{ column = "{first}", unit = "{unit}" }}' if unit and first in places else f'{{ column = "{first}" }}'
     return (
         f" If you know the plant ({', '.join(plants.KNOWN_PLANTS)}), `wheelpend new FOLDER --from {file} --plant NAME` "
