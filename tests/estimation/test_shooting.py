@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from tests.support import X, simulated
+from tests.support import CONSTANTS, X, simulated
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import initial_states
+from wheelpend.kernels.load import library_module
 from wheelpend.logs.log import Log, segment_bounds
 from wheelpend.parallel import thread_budget
 
@@ -33,3 +34,17 @@ def test_threads_share_segments_without_a_trace(lean, monkeypatch):
     assert thread_budget.share() == 2
     assert shared.gram.tobytes() == alone.gram.tobytes()
     assert shared.residual.tobytes() == alone.residual.tobytes()
+
+
+def test_the_slope_of_an_absent_force_with_a_memory_is_the_same_on_any_number_of_threads(monkeypatch):
+    module = library_module("wheel_pendulum", {})
+    log = simulated(duration=3.0)
+    part = Segments(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
+    states, parameters = initial_states(module, part), kernel_parameters(module, {**X, **CONSTANTS}, log)
+    [size] = module.HYSTERESIS_SIZES
+    assert parameters[size] == 0.0
+    monkeypatch.setattr("wheelpend.parallel.threads", lambda: 2)
+    shared = Simulator(module).shoot(part, states, parameters, [size])
+    with thread_budget.joined(), thread_budget.joined():
+        alone = Simulator(module).shoot(part, states, parameters, [size])
+    assert shared.gram.tobytes() == alone.gram.tobytes() and shared.gram[:, -2, -2].all()

@@ -117,7 +117,7 @@ def test_a_step_follows_a_scale_alone(tmp_path, monkeypatch, setting, step):
 
 def test_the_step_of_a_place_is_none_of_a_speed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    tables = "[sensors]\nnoise = { x = 0.1 }\nstep = { x = 0.1122 }\n\n[columns]\nx = { column = \"y\" }\n"
+    tables = '[sensors]\nnoise = { x = 0.1 }\nstep = { x = 0.1122 }\n\n[columns]\nx = { column = "y" }\n'
     workspace.create(tmp_path, text=f'plant = "slide"\n{tables}')
     said = run("set", "columns.x.unit=m/s").output
     sensors = Model.open(tmp_path).sensors

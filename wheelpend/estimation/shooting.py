@@ -75,7 +75,7 @@ class Simulator(NamedTuple):
             )  # fmt: skip
 
         try:
-            _run_in_threads(shoot_range, len(longer.bounds), _worker_count(self.module, longer, parameters))
+            _run_in_threads(shoot_range, len(longer.bounds), _worker_count(self.module, longer, parameters, chosen))
         except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
             gram[:] = np.nan
         for first, last in longer.bounds[~judged] if keep_residual else ():
@@ -128,9 +128,13 @@ def _run_in_threads(job: Callable[[int, int], None], count: int, workers: int) -
         list(_pool().map(job, edges[:-1], edges[1:]))
 
 
-def _worker_count(module: KernelModule, segments: Segments, parameters: np.ndarray) -> int:
-    """Number of threads for some segments: one where these are coupled, or few."""
-    alone = len(segments.bounds) < MIN_PARALLEL_SEGMENTS or has_coupled_segments(module, parameters)
+def _worker_count(module: KernelModule, segments: Segments, parameters: np.ndarray, columns: np.ndarray) -> int:
+    """Number of threads for some segments: one where these are coupled, or few.
+
+    Also where a force with a memory is absent and one of the columns: its slope carries over from segment to segment.
+    """
+    coupled = has_coupled_segments(module, parameters) or not {*module.HYSTERESIS_SIZES}.isdisjoint(columns.tolist())
+    alone = len(segments.bounds) < MIN_PARALLEL_SEGMENTS or coupled
     return 1 if alone else thread_budget.share()
 
 
