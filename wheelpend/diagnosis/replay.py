@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from wheelpend.diagnosis.criteria import SHORT_HORIZON_SHARE
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.simulation.closed_loop import ClosedLoop
+
+MIN_START_SAMPLES = 20  # to which the state is fitted in which a replay begins
 
 
 @dataclass(frozen=True)
@@ -34,14 +37,15 @@ def replay_closed_loop(
     """Simulate the model in closed loop along the first stretch without a gap of a log that has segments.
 
     None where controller or reference is unknown. The stretch is played from its beginning, where the controller's
-    integral begins at zero, though segments of a held-out log begin later.
+    integral begins at zero, though segments of a held-out log begin later. Where it begins is had from so short a time
+    that what the model lacks does not bend it.
     """
     begin, _, end = next(s for s in segments.log.stretches if s.end > segments.bounds[0, 0])
     log, module = segments.log.part(begin, end), problem.module
     if problem.model.controller is None or log.reference is None or not np.isfinite(log.reference).all():
         return None
     parameters = kernel_parameters(module, values, segments.log)
-    length = int(np.diff(segments.bounds[0])[0])
+    length = max(MIN_START_SAMPLES, round(SHORT_HORIZON_SHARE * np.diff(segments.bounds[0])[0]))
     begun = replace(segments, bounds=np.array([[begin, min(begin + length, end)]]))
     state, _ = fit_states(Simulator(module), begun, initial_states(module, begun)[0][None], parameters)
     run = ClosedLoop.of(problem.model, module, problem.max_step).replay(log, state[0], parameters)

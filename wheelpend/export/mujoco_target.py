@@ -25,8 +25,8 @@ DEFAULT_GRAVITY = 9.81  # m/s²
 ENGINE_STEP_S = 1e-4  # s
 SMALL_INERTIA = 1e-6  # kg m², that MuJoCo wants of every body
 
-INERTIAS = ("X1", "X2", "X3", "X4", "X5")  # and moments; without rotors' inertia there is no X2
-PLACES = {  # of the scene, by what a sensor reads of wheel and pitch
+INERTIA_NAMES = ("X1", "X2", "X3", "X4", "X5")  # and moments; without rotors' inertia there is no X2
+SENSOR_PLACES = {  # of the scene, by what a sensor reads of wheel and pitch
     (1.0, 0.0): ("tendon", "theta_w"),
     (1.0, -1.0): ("tendon", "drive"),
     (0.0, 1.0): ("joint", "theta_p"),
@@ -79,7 +79,7 @@ def scene_values(exported: ExportedModel) -> dict[str, Any]:
                       "Export c, js or json.")  # fmt: skip
     own, constants = _own(exported), exported.model.constants
     scale, gravity = constants.get("alpha", 1.0), constants.get("g", DEFAULT_GRAVITY)
-    if min(own[n] for n in INERTIAS if n in own) <= 0.0 or own["X1"] * own["X4"] <= own["X3"] ** 2:
+    if min(own[n] for n in INERTIA_NAMES if n in own) <= 0.0 or own["X1"] * own["X4"] <= own["X3"] ** 2:
         raise Failure("A scene needs masses and inertias that are positive, but X1 X4 must then be above X3², and "
                       "X1...X5 above 0. Identify the model first.")  # fmt: skip
     radius = gravity * own["X3"] / own["X5"]
@@ -134,7 +134,7 @@ def _sensors(exported: ExportedModel) -> list[dict[str, str]]:
     count, sensors = exported.module.NQ, []
     for name, weights in zip(exported.model.table.channels, exported.module.OUTPUT_MATRIX, strict=True):
         is_rate = not weights[:count].any()
-        kind, place = PLACES[tuple(weights[count:] if is_rate else weights[:count])]
+        kind, place = SENSOR_PLACES[tuple(weights[count:] if is_rate else weights[:count])]
         sensors.append({"element": f"{kind}{'vel' if is_rate else 'pos'}", "name": name, "kind": kind, "place": place})
     return sensors
 
