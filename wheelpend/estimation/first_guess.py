@@ -30,7 +30,7 @@ def initial_states(module: KernelModule, segments: Segments) -> np.ndarray:
     )
     for factor in (2**k for k in range(1, LONGEST_PARABOLA.bit_length()) if 2**k * count <= longest):
         longer, in_noise = _curves(module, segments, factor * count)
-        open_ended &= in_noise
+        open_ended = np.logical_and(open_ended, in_noise)
         curves = np.where(open_ended[:, None], longer, curves)
     for k, (a, b) in enumerate(segments.bounds):
         if (means := means_at_rest(segments.log.measured[a:b], segments.sigma)) is not None:
@@ -52,7 +52,7 @@ def _curves(module: KernelModule, segments: Segments, count: int) -> tuple[np.nd
     curves, left = (np.stack(part, axis=-1) for part in zip(*fitted, strict=True))
     known = np.isfinite(measured).sum(axis=1)
     in_noise = is_noise(left, np.maximum(known - PARABOLA_PARAMETERS, 1), segments.sigma)
-    return curves, in_noise & (known > PARABOLA_PARAMETERS) & ~beyond.any(axis=1)[:, None]
+    return curves, in_noise & (known > PARABOLA_PARAMETERS) & ~beyond.any(axis=1, keepdims=True)
 
 
 def is_noise(squares: np.ndarray, freedom: np.ndarray, sigma: np.ndarray) -> np.ndarray:
