@@ -122,7 +122,8 @@ def test_an_output_that_follows_its_command_as_slowly_as_a_heavy_wheel_is_a_spee
     speed[0] = 1000.0 * (command[0] - 0.25)
     for k in range(1, t.size):
         speed[k] = decay * speed[k - 1] + (1.0 - decay) * 1000.0 * (command[k - 1] - 0.25)
-    for values, is_speed in ((speed, True), (np.cumsum(speed - speed.mean()) * 0.02, False)):
+    servo = command + 0.002 * rng.standard_normal(t.size)  # goes to the place that is commanded
+    for values, is_speed in ((speed, True), (np.cumsum(speed - speed.mean()) * 0.02, False), (servo, False)):
         path = tmp_path / "log.csv"
         rows = np.column_stack([t, command, values])
         np.savetxt(path, rows, delimiter=",", header="t,u,y", comments="")

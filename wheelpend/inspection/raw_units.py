@@ -20,6 +20,7 @@ MIN_WAY_BACK_SHARE = 0.1  # of a place's way, against an input that acts one way
 LEVEL_LAGS = (0, 1, 2, 4, 8, 16, 32)  # samples in which a speed follows its command
 MIN_LAGS_IN_LOG = 20  # of the slowest of them
 MIN_LEVEL_SHARE = 0.8  # of a signal's variance that its level explains by the input alone, of a speed
+MAX_FOLLOWED_SHARE = 0.25  # of a set point's range, by which what follows it differs in level and range
 MIN_CLIPPED_SAMPLES = 3  # readings at just 1 or 100, from which on that is a limit
 MIN_COUNTS_NAMED = 20.0  # range of an encoder's readings in whole numbers, beyond which they are no rad nor m
 DUTY_LIMITS = (1.0, 100.0)  # of a duty as a share and in percent
@@ -109,6 +110,13 @@ def level_share(command: np.ndarray, values: np.ndarray) -> float:
     levels = [lfilter([1.0 - a], [1.0, -a], command, zi=[a * command[0]])[0] for a in decays]
     share = max((share_in_common(level, values) for level in levels), default=0.0)
     return share if share > max((way_share(level, values) for level in levels), default=0.0) else 0.0
+
+
+def is_followed(goal: np.ndarray, values: np.ndarray) -> bool:
+    """True of a signal (N,) that has the level and the range of another one, which is then what it is to come to."""
+    reach = float(np.ptp(goal))
+    off = abs(float(np.median(values - goal)))
+    return reach > 0.0 and max(off, abs(float(np.ptp(values)) - reach)) < MAX_FOLLOWED_SHARE * reach
 
 
 def way_share(speed: np.ndarray, values: np.ndarray) -> float:

@@ -31,7 +31,7 @@ from wheelpend.inspection.counters import coordinates_among, copies_among, repla
 from wheelpend.inspection.file_values import analysed, columns_with_bad_cells, moving_columns, numeric_columns
 from wheelpend.inspection.own_clock import beside_clock, clock_seconds, own_clock
 from wheelpend.inspection.rate_origin import COMPUTED, COUNTS_ENDING, rate_remark, step_remark
-from wheelpend.inspection.raw_units import MIN_LEVEL_SHARE, level_share
+from wheelpend.inspection.raw_units import MIN_LEVEL_SHARE, is_followed, level_share
 from wheelpend.inspection.signals import Signals, all_signals, uniform_signals
 from wheelpend.logs.checks import check_time
 from wheelpend.logs.columns import ROW_NUMBER, ColumnMap
@@ -174,7 +174,8 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
 def following_speed(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
     """The one column whose name says nothing, or an increment, that settles at levels which a command sets; or nothing.
 
-    Nothing where several do. What is called a place, a current or a temperature may follow its command as well.
+    Nothing where several do, or where it goes to just what is commanded: that is a servo's place. What is called a
+    place, a current or a temperature may follow its command as well.
     """
     commands = [n for n in as_read.of_role("input") if not is_of_right_wheel(n, values)]
     if len(commands) != 1:
@@ -183,7 +184,8 @@ def following_speed(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
     free = [n for n in unsure if says_nothing(n) or is_increment(n)]
     able = [n for n in free if not is_of_right_wheel(n, values)]
     known = {n: np.isfinite(values[n]) & np.isfinite(values[commands[0]]) for n in able}
-    found = [n for n in able if level_share(values[commands[0]][known[n]], values[n][known[n]]) > MIN_LEVEL_SHARE]
+    pairs = {n: (values[commands[0]][known[n]], values[n][known[n]]) for n in able}
+    found = [n for n, pair in pairs.items() if level_share(*pair) > MIN_LEVEL_SHARE and not is_followed(*pair)]
     return found[0] if len(found) == 1 else ""
 
 
