@@ -78,11 +78,11 @@ def test_a_segment_alone_is_begun_where_least_squares_puts_it():
 
 
 def test_first_guesses_come_from_a_parabola_or_what_the_points_allow():
-    from wheelpend.estimation.states import parabola_values_and_slopes
+    from wheelpend.estimation.first_guess import parabolas
 
     t = np.array([0.0, 0.011, 0.019, 0.031])
     parabola, gap = 3.0 - 2.0 * t + 7.0 * t**2, np.nan
     signals = np.array([parabola, [1.0, gap, gap, 1.62], [gap, 4.0, gap, gap], [gap] * 4])
-    found = parabola_values_and_slopes(np.tile(t, (4, 1)), signals)
+    found, _ = parabolas(np.tile(t, (4, 1)), signals)
     assert found[:3] == pytest.approx(np.array([[3.0, -2.0], [1.0, 20.0], [4.0, 0.0]]))
     assert np.isnan(found[3]).all()

@@ -14,8 +14,8 @@ from scipy.special import chdtrc
 
 from derive.parameter_name import effect_of
 from wheelpend.campaigns.one_log import Estimate, LogResult, SimulationSpec
+from wheelpend.campaigns.units import is_per_log
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
-from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 from wheelpend.proportion import Proportion, proportion_of
@@ -307,7 +307,7 @@ def disagreeing_parameters(parameters: Mapping[str, ParameterRecovery | Paramete
 
     None that is another in every log: a slope, an encoder's zero.
     """
-    shared = {n: row for n, row in parameters.items() if not per_log_names([n])}
+    shared = {n: row for n, row in parameters.items() if not is_per_log(n)}
     rows = {n: row.p_value for n, row in shared.items() if isinstance(row, ParameterAgreement)}
     judged = {n: p for n, p in rows.items() if p is not None}
     return tuple(n for n, p in judged.items() if p < DISAGREEMENT_P_VALUE / len(judged))

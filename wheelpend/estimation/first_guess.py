@@ -24,14 +24,12 @@ def initial_states(module: KernelModule, segments: Segments) -> np.ndarray:
     """
     count = max(MIN_PARABOLA_SAMPLES, round(PARABOLA_DURATION_S / segments.log.dt))
     curves, _ = _curves(module, segments, count)
-    open_ended, longest = (
-        np.ones((len(segments.bounds), module.NY), dtype=bool),
-        np.diff(segments.bounds).max(initial=0),
-    )
+    all_noise = np.ones((len(segments.bounds), module.NY), dtype=bool)
+    longest = np.diff(segments.bounds).max(initial=0)
     for factor in (2**k for k in range(1, LONGEST_PARABOLA.bit_length()) if 2**k * count <= longest):
         longer, in_noise = _curves(module, segments, factor * count)
-        open_ended = np.logical_and(open_ended, in_noise)
-        curves = np.where(open_ended[:, None], longer, curves)
+        all_noise = np.logical_and(all_noise, in_noise)
+        curves = np.where(all_noise[:, None], longer, curves)
     for k, (a, b) in enumerate(segments.bounds):
         if (means := means_at_rest(segments.log.measured[a:b], segments.sigma)) is not None:
             curves[k] = means, np.zeros_like(means)
@@ -75,11 +73,6 @@ def means_at_rest(measured: np.ndarray, sigma: np.ndarray) -> np.ndarray | None:
         if not is_noise(deviation @ deviation, known.size, sigma[c]):
             return None
     return means
-
-
-def parabola_values_and_slopes(t: np.ndarray, signals: np.ndarray) -> np.ndarray:
-    """Value and slope at time 0 (segments, 2) of the `parabolas`."""
-    return parabolas(t, signals)[0]
 
 
 def parabolas(t: np.ndarray, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

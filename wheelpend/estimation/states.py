@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from wheelpend.estimation.first_guess import initial_states, parabola_values_and_slopes
+from wheelpend.estimation.first_guess import initial_states
 from wheelpend.estimation.scaled_inverse import solve_damped
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation, Simulator, has_coupled_segments
@@ -83,4 +83,4 @@ def _merge_improved(
     return ShootingLinearisation(gram, residual)
 
 
-__all__ = ["fit_states", "initial_states", "parabola_values_and_slopes", "sequential_states"]
+__all__ = ["fit_states", "initial_states", "sequential_states"]

@@ -17,6 +17,7 @@ SUPERSCRIPT_DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸�
 POSITIONAL_RANGE = (1e-4, 1e5)  # magnitudes that are readable without an exponent
 MIN_TYPESET_P_VALUE = 1e-12  # below it only the bound is written
 TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
+LOST_FIT = -1e6  # %, below which a prediction did not miss but ran away
 ROUNDED_UP = 0.9995  # of a unit: to three digits it is the whole unit
 
 
@@ -156,6 +157,13 @@ def correlation_text(value: float) -> str:
 def percent_text(share: float, decimals: int = 0) -> str:
     """A share in percent."""
     return f"{100 * share:.{decimals}f} %"
+
+
+def fit_text(percent: float | None) -> str:
+    """A fit [%] of a channel; nothing where it is not known."""
+    if percent is None:
+        return ""
+    return f"{percent:.2f}" if percent > LOST_FIT else "diverged"
 
 
 def share_text(share: float) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from wheelpend.reports.numbers import number_text
+from wheelpend.reports.numbers import fit_text, number_text
 from wheelpend.view.panel import Panel, action, chart, folded, paragraph, set_enabled, table
 from wheelpend.view.prediction_chart import prediction_chart
 from wheelpend.view.residual_tests import show_residual_tests
@@ -51,7 +51,7 @@ class ComparePanel(Panel):
         rest = [words for words in said if words != lead]
         paragraph(lead, "lead")
         fit, off = found.result.get("fit_percent") or {}, found.result.get("rmse") or {}
-        rows = [[name, number_text(fit[name]), number_text(off.get(name))] for name in fit]
+        rows = [[name, fit_text(fit[name]), number_text(off.get(name))] for name in fit]
         table(("channel", "fit [%]", "rms error"), rows, f"Fit over {number_text(found.result.get('horizon_s'))} s")
         self._show_predictions()
         show_residual_tests(found.result.get("residuals") or {})

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.reports.numbers import (
     digits_text,
+    fit_text,
     physical_text,
     prediction_error_text,
     quantity_text,
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 MAX_LISTED_TIMES = 12  # of a log
 MIN_TELLING_SEGMENTS = 5  # predicted, below which an error over a long horizon is one of a few starts
 MAX_NOISE_ERROR_RATIO = 1.05  # times the noise floor; below it the model explains a log
-
-LOST_FIT = -1e6  # %, below which a prediction did not miss but ran away
 
 
 def comparison_text(result: Comparison, model: Model) -> TextBlocks:
@@ -54,7 +53,7 @@ def _error_text(result: Comparison, quantities: PlantUnits) -> TextBlocks:
         f"Fit per channel over {result.horizon_s:g} s",
         ("channel", "fit [%]", "rmse"),
         [
-            (c, _fit_text(fit), quantity_text(result.rmse[c], quantities.unit(c)))
+            (c, fit_text(fit), quantity_text(result.rmse[c], quantities.unit(c)))
             for c, fit in result.fit_percent.items()
         ],
     )
@@ -75,7 +74,7 @@ def _models_text(result: Comparison) -> TextBlocks:
     models = result.models
     rows = [(f"error over {result.horizon_s:g} s", *(prediction_error_text(m.error) for m in models))]
     for channel in result.rmse:
-        rows.append((f"fit of {channel} [%]", *(_fit_text(m.fit_percent.get(channel)) for m in models)))
+        rows.append((f"fit of {channel} [%]", *(fit_text(m.fit_percent.get(channel)) for m in models)))
     others = [(k, h) for k, h in enumerate(result.horizons) if h.seconds != result.horizon_s]
     for number, horizon in others:
         errors = (m.horizons[number] for m in models)
@@ -87,12 +86,6 @@ def _models_text(result: Comparison) -> TextBlocks:
                f"{result.horizon_s:g} s.")  # fmt: skip
     if fitted := [m.label for m in result.against if m.fitted_first]:
         yield f"Without parameter values of its own, and so fitted to the logs first: {', '.join(fitted)}."
-
-
-def _fit_text(percent: float | None) -> str:
-    if percent is None:
-        return ""
-    return f"{percent:.2f}" if percent > LOST_FIT else "diverged"
 
 
 def _closed_loop_lines(result: Comparison, quantities: PlantUnits) -> Iterator[str]:
