@@ -103,6 +103,11 @@ def test_what_the_equations_do_not_hold_stands_beside_them():
     assert any(force["force"] in row for row in written["equations_sympy"].values())
 
 
+def test_a_machine_that_nothing_drives_has_no_drive():
+    written = json.loads(json_files(exported_model(model_with(plant="pendulum")))["model.json"])
+    assert written["inputs"] == [] and written["input"] == {"delay": "", "lag": "", "drive_sympy": ""}
+
+
 def test_a_log_gives_the_numbers_their_correlations(here):
     run("identify", "log.csv", "--save")
     run("export", "json", "log.csv")

@@ -89,7 +89,7 @@ def _beside_the_equations(derived: derive.Model) -> dict[str, Any]:
         "input": {
             "delay": str(derived.delay),
             "lag": str(derived.lag),
-            "drive_sympy": sp.srepr(sp.sympify(derived.drive)),
+            "drive_sympy": sp.srepr(sp.sympify(derived.drive)) if derived.lag else "",
         },
         "sensor_delay": {"delay": str(derived.sensor_delay), "channels": list(derived.delayed_channels)},
     }
