@@ -152,6 +152,7 @@ class PlantSignature:
     reversals: tuple[Reversal, ...] = (LEADS,)
     wiring_check: str = ""  # check of the inspection that knows how such a machine is wired, beside those for any
     driven_ports: tuple[str, ...] = ()  # ports on which a motor acts
+    pulled: bool = True  # True where gravity acts on it
 
     @classmethod
     def from_json(cls, text: str) -> PlantSignature:

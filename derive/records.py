@@ -177,6 +177,7 @@ class Plant:
             input_unit=self.input_unit,
             driven=self.driven,
             driven_ports=self.driven_ports,
+            pulled=not self.gravity.is_zero_matrix,
             constants=self.constants,
             scale=str(self.scale),
             geometry=tuple(self.geometry),

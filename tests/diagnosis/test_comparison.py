@@ -10,7 +10,7 @@ from wheelpend import Model, compare, simulate
 from wheelpend.diagnosis import horizons
 from wheelpend.diagnosis.compare import rmse_of
 from wheelpend.diagnosis.horizons import HorizonError, errors_at, errors_over, horizons_of
-from wheelpend.diagnosis.replay import replay_closed_loop
+from wheelpend.diagnosis.replay import ClosedLoopReplay, replay_closed_loop, replayed_together
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.prediction import prediction_error
 from wheelpend.logs.log import Log
@@ -71,6 +71,23 @@ def test_a_closed_loop_is_off_by_what_the_two_machines_differ(wrong):
     assert found.rmse == pytest.approx(dict(zip(exact.channels, off, strict=True)), rel=0.05)
     assert found.rmse_input == pytest.approx(np.sqrt(np.mean((other.voltage - exact.voltage) ** 2)), rel=0.05)
     assert not found.diverged
+
+
+def test_the_closed_loop_of_several_logs_is_off_by_what_all_their_samples_are():
+    one, other = ClosedLoopReplay({"x": 3.0}, 1.0, False, 100), ClosedLoopReplay({"x": 1.0}, 2.0, False, 300)
+    both = replayed_together([one, None, other])
+    assert both is not None and both.samples == 400 and not both.diverged
+    assert both.rmse["x"] == pytest.approx(np.sqrt(3.0)) and both.rmse_input == pytest.approx(np.sqrt(3.25))
+    assert replayed_together([other, None, one]) == both and replayed_together([None]) is None
+    lost = ClosedLoopReplay({}, float("nan"), True)
+    assert replayed_together([one, lost]) is lost
+
+
+def test_a_comparison_replays_every_log_whatever_their_order():
+    logs = [simulated(duration=3.0, noise=False, seed=s, command=c) for s, c in ((1, "simple"), (2, "aggressive"))]
+    model = Model.default().with_fit({n: (v, None) for n, v in WRONG.items()})
+    found = [compare(model, order).closed_loop for order in (logs, logs[::-1])]
+    assert found[0].rmse == pytest.approx(found[1].rmse, rel=1e-6) and found[0].samples == sum(map(len, logs))
 
 
 def test_a_closed_loop_is_replayed_from_where_its_stretch_begins_though_segments_begin_later():

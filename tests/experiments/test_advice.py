@@ -109,7 +109,8 @@ def test_where_a_command_separates_it_is_recommended_with_its_figure():
 def test_what_is_too_small_for_every_record_is_given_the_time_that_it_would_take():
     question = question_of_fit(*candidate("coulomb_drive", ("rolling_resistance",), coulomb_drive__torque=0.2))
     best = recommend(question)[0]
-    said = recommendation_text(question, [best._replace(separation=0.4 * CLEAR_SEPARATION_SIGMA)])
+    best = best._replace(separation=0.4 * CLEAR_SEPARATION_SIGMA)
+    said = recommendation_text(replace(question, pieces=()), [best])
     assert "No record of 20 s separates coulomb_drive from rolling_resistance by 5" in said and "About 2 min of" in said
 
 

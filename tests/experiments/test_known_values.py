@@ -5,10 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import derive
+from tests.plants.machines import model_text
 from tests.support import simulated
 from wheelpend import Model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.parameters import FreeParameter
+from wheelpend.experiments.advice import duration_text, records_needed
+from wheelpend.experiments.design_start import start_without_logs
 from wheelpend.experiments.excitation import multisine, sweep
 from wheelpend.experiments.information import add_information, separation, standard_errors
 from wheelpend.experiments.question import Question
@@ -112,3 +116,17 @@ def test_a_sweep_goes_from_its_lowest_frequency_to_its_highest():
     assert rates[-2] == pytest.approx(2.0, rel=0.05) and np.abs(angle).max() == pytest.approx(0.05, rel=0.01)
     middle = np.argmin(np.abs(zeros - 20.0))
     assert rates[middle] == pytest.approx(np.sqrt(0.4), rel=0.05)
+
+
+def test_the_length_of_a_record_counts_what_the_logs_tell_already():
+    assert records_needed(5.0, 0.0) == pytest.approx(1.0)  # a separation of 5 is clear
+    assert records_needed(2.5, 0.0) == pytest.approx(4.0)  # squares add up
+    assert records_needed(np.sqrt(10.0), 3.0) == pytest.approx(16.0)
+    assert records_needed(3.0, 3.0) == np.inf and duration_text(23.6) == "24 s" and duration_text(700.0) == "12 min"
+
+
+def test_typical_sizes_are_those_of_the_plant():
+    start = start_without_logs(Model.parse(model_text("cart_pole")), "tether_spring")
+    row = derive.effects.in_plant_units(derive.effects.find("tether_spring"), start.problem.plant)
+    assert start.values[0]["tether_spring.stiffness"] == row.parameters[0].typical
+    assert row.parameters[0].typical != derive.effects.find("tether_spring").parameters[0].typical

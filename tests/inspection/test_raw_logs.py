@@ -14,9 +14,10 @@ from scipy.signal import lfilter
 from tests.raw_logs import driven_axis, fast_motor, swing, two_wheels, way_of, write_csv
 from tests.support import ROOT, run
 from wheelpend import Failure
-from wheelpend.inspection.angle_unit import swings_beyond_a_turn, turning_points
+from wheelpend.inspection.angle_unit import swings_beyond_a_turn
 from wheelpend.inspection.counters import counter_sentence
 from wheelpend.inspection.first_look import FirstLook, first_look
+from wheelpend.inspection.gravity import turning_points
 from wheelpend.inspection.survey import survey_file
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -117,7 +118,8 @@ def test_each_raw_log_is_read_as_the_docs_say(name, tmp_path):
 
 @pytest.mark.parametrize(("name", "channel", "entry"), [
     ("an angle in degrees", "theta_1", {"unit": "deg"}), ("a driven angle in degrees", "theta_1", {"unit": "deg"}),
-    ("an encoder's counts", "x", {"scale": 1e-4}), ("PWM counts alone", "v_in", {"scale": 0.0470588}),
+    ("an encoder's counts", "theta_m", {"scale": pytest.approx(2 * np.pi / 4096, rel=1e-6)}),
+    ("PWM counts alone", "v_in", {"scale": 0.0470588}),
     ("PWM counts and a battery", "v_in", {"scale": pytest.approx(1 / 255, rel=1e-5), "times": "vbat"}),
     ("PWM counts under a name that says nothing", "v_in", {"column": "m", "scale": 0.0470588}),
 ])  # fmt: skip
@@ -178,13 +180,13 @@ def test_a_v_that_is_no_rate_is_the_input_and_a_theta_is_an_angle(place, tmp_pat
     look = look_at({"t": t, "v": np.round(20 * volts), place: np.round(60 * way)}, tmp_path)
     found = tomllib.loads(look.model)
     assert found["columns"]["v_in"]["column"] == "v"
-    assert found["plant"] == ("pendulum" if place == "theta" else "slide")
+    assert found["plant"] == "shaft"  # counts that no gravity pulls back
 
 
 def test_an_encoder_of_4096_counts_a_turn_reads_an_angle(tmp_path):
     step = 2 * np.pi / 4096
     found = tomllib.loads(look_at(axis(x=np.round(axis()["x"] / step) * step), tmp_path).model)
-    assert (found["plant"], found["assumptions"]) == ("pendulum", {"driven": True})
+    assert found["plant"] == "shaft" and "assumptions" not in found
 
 
 @pytest.mark.parametrize("header", [True, False])
@@ -271,7 +273,7 @@ def test_a_motors_speed_without_a_name_is_summed(tmp_path):
     rows = "\n".join(f"{0.02 * k:.2f},{u:.4f},{y:.6f}" for k, (u, y) in enumerate(zip(volts, speed, strict=True)))
     (tmp_path / "log.csv").write_text(f"t,u,y\n{rows}\n")
     look = first_look(tmp_path / "log.csv")
-    assert 'x = { column = "y", unit = "m/s" }  # guessed' in look.model and "0.0174533 for deg/s" in look.model
+    assert 'theta_m = { column = "y", unit = "rad/s" }  # guessed' in look.model and "0.0174533 for deg/s" in look.model
     assert "y, a speed, is summed" in " ".join(look.proposal.sentences)
 
 
@@ -335,7 +337,7 @@ def counted_per_row() -> dict[str, np.ndarray]:
 
 def test_counts_since_the_row_before_are_a_speed(tmp_path):
     look = first_look(write_csv(tmp_path / "log.csv", counted_per_row()), interval=0.01)
-    assert 'x = { column = "delta_left", unit = "m/s" }  # guessed: a speed' in look.model
+    assert 'theta_m = { column = "delta_left", unit = "rad/s" }  # guessed: a speed' in look.model
     places = {n: np.cumsum(v) if n.startswith("delta") else v for n, v in counted_per_row().items()}
     found = survey_file(write_csv(tmp_path / "place.csv", places), interval=0.01)
     assert found.of_role("position") == ["delta_left"] and not found.speed  # called so, but it follows no level
@@ -348,7 +350,7 @@ def test_where_no_plant_fits_the_line_to_begin_with_names_the_speed_and_not_what
     path = write_csv(tmp_path / "log.csv", {**columns, "voltage": np.cos(np.arange(600) * 0.03), "output_speed": speed})
     with pytest.raises(Failure, match="no plant has 1 position and 3 inputs") as refused:
         first_look(path)
-    assert 'x = { column = "output_speed", unit = "m/s" }' in str(refused.value)
+    assert 'theta_m = { column = "output_speed", unit = "rad/s" }' in str(refused.value)
 
 
 def swinging_phone(**other: np.ndarray) -> dict[str, np.ndarray]:

@@ -121,15 +121,15 @@ def test_a_pendulum_in_degrees_from_upright_is_one_however_often_it_turned_over(
 
 
 @pytest.mark.parametrize(("inputs", "place", "first"), [
-    ("u_V", "angle_deg", "pendulum"), ("u_V", "pos_mm", "slide"), ("torque_Nm", "q", "pendulum"),
-    ("force_N", "q", "slide"),
+    ("u_V", "angle_deg", {"pendulum", "shaft"}), ("u_V", "pos_mm", {"slide"}),
+    ("torque_Nm", "q", {"pendulum", "shaft"}), ("force_N", "q", {"slide"}),
 ])  # fmt: skip
 def test_a_unit_of_angle_or_torque_excludes_the_slide_and_one_of_length_or_force_the_pendulum(
     inputs, place, first, tmp_path
 ):
     t = np.arange(3000) * DT_S
     path = written(tmp_path / "log.csv", {"t": t, inputs: np.sin(3.1 * t), place: path_at(t)})
-    assert {p.split()[0] for p in proposed(path)[0].plants} == {first}
+    assert {p.split()[0] for p in proposed(path)[0].plants} == first
 
 
 @pytest.mark.parametrize(("unit", "turn"), [("_deg", 360.0), ("", 2 * np.pi)])
@@ -329,11 +329,11 @@ def test_a_shaft_in_degrees_is_no_carriage_that_goes_far_and_its_reference_count
     y, r = 170.37 * path_at(t), 170.37 * path_at(t + 0.02)
     u = np.sin(1.3 * t)
     _, model = proposed(written(tmp_path / "log.csv", {"t": t, "y_ref": r, "y": y, "ua": u}))
-    assert model["plant"] == "slide" and model["columns"]["x"]["scale"] == pytest.approx(np.pi / 180)
-    assert model["columns"]["x_ref"] == {"column": "y_ref", "scale": model["columns"]["x"]["scale"]}
+    assert model["plant"] == "shaft" and model["columns"]["theta_m"] == {"column": "y", "unit": "deg"}
+    assert model["columns"]["theta_m_ref"] == {"column": "y_ref", "unit": "deg"}
     assert model["columns"]["v_in"]["column"] == "ua"
     _, model = proposed(written(tmp_path / "log.csv", {"t": t, "y_ref": r / 30.0, "y": y / 30.0, "ua": u}))
-    assert "scale" not in model["columns"].get("x", {})
+    assert "unit" not in [*model["columns"].get("theta_m", {}), *model["columns"].get("x", {})]
 
 
 def test_a_rate_may_be_called_dot(tmp_path):

@@ -38,6 +38,7 @@ MACHINES = {
         "wheel_pendulum", "planar = false", {**plants.reference_of("wheel_pendulum"), **TURNING}, constants="W = 0.5"
     ),
     "slide": Machine("slide"),
+    "shaft": Machine("shaft", constants="alpha = 0.1"),
     "pendulum": Machine("pendulum", begin="theta_1 = 1.0"),
     "driven pendulum": Machine("pendulum", "driven = true", LINK, (12.0, 4.0, 3.0), constants="alpha = 0.1"),
     "two links": Machine("pendulum", "links = 2", LINKS, begin="theta_1 = 1.0\ntheta_2 = -0.5"),

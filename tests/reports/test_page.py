@@ -7,6 +7,7 @@ import re
 from base64 import b64decode
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import plotly.graph_objects as go
@@ -32,7 +33,7 @@ from wheelpend.model.record import Model
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.numbers import typeset_estimate_text, typeset_number_text, typeset_p_value_text
 from wheelpend.reports.page.charts import page_charts
-from wheelpend.reports.page.equations import equation_terms
+from wheelpend.reports.page.equations import Equation, equation_rows, equation_terms
 from wheelpend.reports.page.figures import residual_comparisons
 from wheelpend.reports.page.force_figures import (
     bin_means,
@@ -193,6 +194,28 @@ def test_the_true_effect_runs_through_the_means_of_the_missing_force(explanation
     )
     means = [bin_means(slip, force[:, row], quantile_bins(slip))[:, 1] for force in (expected, first.missing[0].force)]
     assert np.corrcoef(*means)[0, 1] > 0.8
+
+
+def equations_between(before: list[str], after: list[str]) -> list[Equation]:
+    """The page's equations of the paper's robot with some effects before and others after."""
+    first = SimpleNamespace(problem=SimpleNamespace(model=SimpleNamespace(effects=before)))
+    return equation_rows(SimpleNamespace(model=Model.default(), effects=after, first=first))
+
+
+@pytest.mark.parametrize("effect", ["drive_compliance", "backlash", "wheel_slip", "slosh"])
+def test_the_equations_of_what_moves_inside_are_new_and_go_with_it(effect):
+    new = {e.row: e for e in equations_between([], [effect])}
+    old = {e.row: e for e in equations_between([effect], [])}
+    (row,) = [r for r, e in new.items() if not e.before]
+    assert {t.mark for t in new[row].after} == {"new"} and {t.mark for t in old[row].before} == {"gone"}
+    assert not old[row].after and new.keys() == old.keys()
+    assert all(t.mark == "" for e in equations_between([effect], [effect]) for t in (*e.before, *e.after))
+
+
+def test_no_force_is_drawn_of_an_effect_that_the_kernels_at_hand_do_not_have(explanation: Ladder):
+    first = explanation.first
+    other = replace(first.candidates[0], effect="drive_compliance")
+    assert missing_force_if_true(first, other) is None and missing_force_if_true(first, first.candidates[0], 7) is None
 
 
 def test_the_missing_force_of_every_log_has_a_chart_and_its_band_over_a_state(explanation: Ladder):

@@ -57,6 +57,28 @@ def test_the_mean_over_a_state_is_the_law_and_the_map_is_blank_where_nothing_was
     assert heat.zmax == -heat.zmin == pytest.approx(0.3, rel=0.05)
 
 
+def test_a_map_spans_a_variable_that_is_never_positive_and_one_that_does_not_change(force):
+    states = force.variables | {"volts": -np.abs(force.variables["angle"]), "still": np.full(len(force.t), 3.0)}
+    (heat,) = over_pair(force._replace(variables=states), ("volts", "still"), np.zeros(len(force.t), dtype=bool)).data
+    assert heat.x[0] < -2.8 and -0.2 < heat.x[-1] < 0.0 and 3.0 < heat.y[0] < heat.y[-1] < 4.0
+    assert sum(v is not None for row in heat.z for v in row) == MAP_BINS
+
+
+def test_a_coloured_force_is_known_no_better_than_by_its_visits_to_a_range():
+    """Against the scatter of the means over many records of a force that does not depend on the state."""
+    rng, means, told = np.random.default_rng(5), [], []
+    speed = 3.0 * np.sin(np.linspace(0.0, 40.0, 2000))
+    for _ in range(60):
+        shocks, coloured = rng.normal(size=2000), np.zeros(2000)
+        for k in range(1, 2000):
+            coloured[k] = 0.9 * coloured[k - 1] + shocks[k]
+        _, mean, errors = binned(speed, coloured)
+        means.append(mean)
+        told.append(errors)
+    scatter = np.sqrt(np.mean(np.square(means)))
+    assert 0.5 < np.sqrt(np.mean(np.square(told))) / scatter < 1.5
+
+
 def test_what_a_candidate_would_explain_is_drawn_beside_the_force(force):
     drawn = named(over_time(force, np.zeros(len(force.t), dtype=bool), 0.5 * force.force, "coulomb_drive"))
     assert drawn["coulomb_drive would explain"].y[10] == pytest.approx(0.5 * drawn["missing force"].y[10])

@@ -41,7 +41,11 @@ def change(
             return
         with progress("reading") as update:
             changed = add(model, effect, data, holdout, remove=remove, progress=update)
-            workspace.save(changed.model, [history_entry(effect, remove, changed, data)], opened=model)
+            workspace.save(
+                changed.model,
+                [history_entry(effect, remove, changed, recorded(model, (*data, *holdout)))],
+                opened=model,
+            )
         print_warnings(changed.warnings)
         print_result(changed, json, lambda: print_change(changed, effect, remove))
 
@@ -75,8 +79,13 @@ def checked_model(model: Model, effect: str, remove: bool) -> Model:
     return model
 
 
+def recorded(model: Model, logs: Sequence[Path]) -> tuple[Path, ...]:
+    """Paths of logs for the workspace's history: as typed in the workspace, from elsewhere whole."""
+    return tuple(logs if Path.cwd().samefile(model.workspace) else map(Path.absolute, logs))
+
+
 def history_entry(effect: str, remove: bool, changed: Change | None, logs: Sequence[Path]) -> HistoryEntry:
-    """A line of the workspace's history."""
+    """A line of the workspace's history, with the logs that it was fitted to and judged on."""
     step = changed.step if changed else None
     return HistoryEntry(
         change=f"{'remove' if remove else 'add'} {effect}",
@@ -103,7 +112,7 @@ def print_change(changed: Change, effect: str, remove: bool) -> None:
 def save_explanation(result: Ladder, logs: Sequence[Path], holdout: Sequence[Path], opened: Model) -> str:
     """Save an explanation's model, where it still is as opened, with its steps in the history; says what was saved."""
     model = result.model
-    names = tuple(map(str, (*logs, *holdout)))
+    names = tuple(map(str, recorded(opened, (*logs, *holdout))))
     entries = [HistoryEntry(f"add {s.effect}", s.error_before, s.error_after, names) for s in result.steps]
     if entries:
         entries[-1] = entries[-1]._replace(parameters=model.estimates())

@@ -14,7 +14,7 @@ from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, Missi
 from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, where_it_shows
 from wheelpend.diagnosis.model_errors import OWN_LABEL, ModelErrors, labelled_models
 from wheelpend.diagnosis.refit import Progress
-from wheelpend.diagnosis.replay import ClosedLoopReplay, replay_closed_loop
+from wheelpend.diagnosis.replay import ClosedLoopReplay, replay_closed_loop, replayed_together
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S, MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import prepare
@@ -168,7 +168,9 @@ def compare(
         fit_percent=fit_percent(compared.own_problem, residuals),
         rmse=rmse_of(log_segments, residuals),
         horizons=horizons,
-        closed_loop=replay_closed_loop(problem, log_segments[0], log_values[0]),
+        closed_loop=replayed_together(
+            replay_closed_loop(problem, s, v) for s, v in zip(log_segments, log_values, strict=True)
+        ),
         where=where,
         fitted_first=fitted_first,
         warnings=(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,6 +26,7 @@ class ClosedLoopReplay:
     rmse: dict[str, float]  # per channel [its unit]
     rmse_input: float  # V
     diverged: bool
+    samples: int = 1  # of the stretch
 
     def to_json(self) -> dict[str, Any]:
         """The replay under the keys of JSON."""
@@ -56,4 +58,20 @@ def replay_closed_loop(
         dict(zip(log.channels, map(float, difference), strict=True)),
         float(np.sqrt(np.nanmean((run.input - log.voltage) ** 2))),
         diverged=False,
+        samples=len(log.t),
+    )
+
+
+def replayed_together(replays: Iterable[ClosedLoopReplay | None]) -> ClosedLoopReplay | None:
+    """The difference over the samples of several logs together; diverged where one did, None where none was played."""
+    found = [r for r in replays if r]
+    if not found or (lost := next((r for r in found if r.diverged), None)):
+        return lost if found else None
+    weights = np.array([r.samples for r in found], dtype=float)
+    channels = {n: np.array([r.rmse[n] for r in found]) for n in found[0].rmse}
+    return ClosedLoopReplay(
+        {n: float(np.sqrt(np.average(v**2, weights=weights))) for n, v in channels.items()},
+        float(np.sqrt(np.average([r.rmse_input**2 for r in found], weights=weights))),
+        diverged=False,
+        samples=int(weights.sum()),
     )

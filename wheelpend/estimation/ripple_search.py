@@ -18,7 +18,6 @@ from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.regressor import acting_input
 from wheelpend.estimation.state_reconstruction import measured_states
-from wheelpend.kernels.load import model_module
 from wheelpend.numerics import decimated
 
 MAX_PERIODS_PER_TURN = 60.0  # of the grid
@@ -179,18 +178,21 @@ def _block_amplitudes(record: RippleResidual, grid: np.ndarray) -> np.ndarray:
 
 
 def ripple_residual(problem: EstimationProblem, fitted: Fit, port: str, number: int, tau: float) -> RippleResidual:
-    """Residual of a training log's equations behind filters of about tau [s], decimated to their bandwidth."""
-    plain = model_module(problem.model.plant, problem.model.assumptions, ())
+    """Residual of a training log's equations behind filters of about tau [s], decimated to their bandwidth.
+
+    With the forces of the effects that the fit has: a dry friction that is known must not hide a ripple.
+    """
+    module = problem.module
     log, bounds = problem.data.estimation[number].log, problem.data.estimation[number].bounds
     values = fitted.of_log(number)
-    parameters = kernel_parameters(plain, values, log)
-    states, voltage = measured_states(problem.module, log), acting_input(plain, log, parameters)
+    parameters = kernel_parameters(module, values, log)
+    states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     tau = max(tau, MIN_FILTER_SAMPLES * log.dt)
     taus = (tau, FILTER_TIME_CONSTANT_RATIO * tau)
     thin = max(1, round(tau / (SAMPLES_PER_TIME_CONSTANT * log.dt)))
     first, last = int(bounds[0, 0]), int(bounds[-1, 1])
-    filtered = plain, log.t[:last], states[:last], voltage[:last], parameters, taus
-    rows = filtered_residual(*filtered, np.array([values[n] for n in plain.LINEAR]))
+    filtered = module, log.t[:last], states[:last], voltage[:last], parameters, taus
+    rows = filtered_residual(*filtered, np.array([values.get(n, 0.0) for n in module.LINEAR]))
     rows = (decimated(rows, thin) if thin > 1 else rows)[first // thin :]  # noise at higher rates must not fold
     rows = rows - rows.mean(axis=0)
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise has more weight

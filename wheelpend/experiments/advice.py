@@ -17,6 +17,7 @@ from wheelpend.experiments.question import Question, question_of_fit
 from wheelpend.experiments.recommendation import CLEAR_SEPARATION_SIGMA, Experiment, recommend
 from wheelpend.experiments.reversals import changes_sign
 
+SECONDS_BELOW_S = 120.0  # of a duration that is told in seconds
 MAX_DURATION_RATIO = 30  # times the length of a simulated experiment that a recording may reasonably last
 MIN_NAMED_SEPARATION_SIGMA = 0.5  # standard errors below which commands separate nothing
 
@@ -153,20 +154,34 @@ def _sign_changes_text(reversal: Reversal, question: Question) -> str:
     return f"the size of {' or '.join(turning)} would change its sign, that of {' or '.join(keeping)} would not"
 
 
+def records_needed(reached: float, known: float) -> float:
+    """How many records like one it takes for a clear separation [standard errors].
+
+    ``reached`` is that of one beside the logs at hand, ``known`` that of the logs alone: squares add up.
+    """
+    more = reached**2 - known**2
+    return max(CLEAR_SEPARATION_SIGMA**2 - known**2, 0.0) / more if more > 0.0 else float("inf")
+
+
+def duration_text(seconds: float) -> str:
+    """A duration in s, or in min where it is long."""
+    return f"{seconds:.0f} s" if seconds < SECONDS_BELOW_S else f"{seconds / 60.0:.0f} min"
+
+
 def _no_experiment_text(question: Question, best: Experiment) -> str:
     """Advice where no experiment is clear: how long the best would have to last, if that is within reason."""
     effects, seconds = effects_text(question), float(question.loop.t[-1])
     sensed = question.problem.plant.sensed_words
-    longer = (CLEAR_SEPARATION_SIGMA / max(best.separation, 1e-9)) ** 2
+    longer = records_needed(best.separation, question.separation(None) if question.pieces else 0.0)
     if longer > MAX_DURATION_RATIO:
         return (f"No command, no part turned round and no better sensor of {sensed} separates {effects}: "
                 f"{_equivalence_text(question)}. Measure one of them by other means.")  # fmt: skip
     how = f" with {best.sensor.description}" if best.sensor else ""
     how = f" with the {best.reversal.part} turned round" if best.reversal else how
-    name, minutes = best.played.excitation.name, longer * seconds / 60
+    name = best.played.excitation.name
     return (
         f"No record of {seconds:.0f} s separates {effects} by {CLEAR_SEPARATION_SIGMA:.0f} standard errors. "
-        f"About {minutes:.0f} min of {name}{how} would; {seconds:.0f} s give {best.separation:.1f}."
+        f"About {duration_text(longer * seconds)} of {name}{how} would; {seconds:.0f} s give {best.separation:.1f}."
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -199,16 +199,16 @@ def a_optimality(question: Question, piece: np.ndarray | None) -> float:
     The mean of squares (A-optimality) is ruled by what is known worst. The bound enters as a prior of that width.
     """
     known, values = question.information_with(piece), question.sizes[-1]
-    scale = np.array([_scale(p.name, values) for p in known.layout.elements])
+    scale = np.array([_scale(question.problem.plant, p.name, values) for p in known.layout.elements])
     prior = np.eye(len(scale))
     covariance = np.linalg.inv(known.information * np.outer(scale, scale) + prior)
     shared = [k for k, p in enumerate(known.layout.elements) if p.log is None]
     return float(-0.5 * np.log(np.mean(np.diag(covariance)[shared])))
 
 
-def _scale(name: str, values) -> float:
+def _scale(plant: PlantSignature, name: str, values: Mapping[str, float]) -> float:
     """Size against which a parameter's error counts: its value, of an effect at least a tenth of a typical one."""
-    parameter, value = effect_parameter(name), abs(values.get(name, 0.0))
+    parameter, value = effect_parameter(name, plant), abs(values.get(name, 0.0))
     least = MIN_RELATIVE_SCALE * abs(parameter.typical) if parameter else MIN_PARAMETER_SCALE
     return max(value, least) if np.isfinite(value) else least
 

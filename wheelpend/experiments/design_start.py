@@ -112,16 +112,19 @@ def _start_of_fit(
     sentences = list(assumptions)
     for effect in present:
         sizes = size_names(derive.effects.find(effect))
-        if any(abs(values[-1][n] - _absent_value(n)) > MIN_SIZE_IN_STANDARD_ERRORS * fitted.sigma(n) for n in sizes):
+        if any(
+            abs(values[-1][n] - _absent_value(problem, n)) > MIN_SIZE_IN_STANDARD_ERRORS * fitted.sigma(n)
+            for n in sizes
+        ):
             continue
-        typical = {n: p.typical for n in sizes if (p := effect_parameter(n))}
+        typical = {n: p.typical for n in sizes if (p := effect_parameter(n, problem.plant))}
         values = tuple({**v, **typical} for v in values)
         sentences.append(f"{effect} does not show in the logs; a typical size is assumed.")
     return DesignStart(problem, values, tuple(present), tuple(sentences))
 
 
-def _absent_value(name: str) -> float:
-    parameter = effect_parameter(name)
+def _absent_value(problem: EstimationProblem, name: str) -> float:
+    parameter = effect_parameter(name, problem.plant)
     return parameter.absent if parameter else 0.0
 
 
@@ -134,7 +137,8 @@ def start_without_logs(model: Model, first: str) -> DesignStart:
     present = tuple(model.effects) if not first or first in model.effects else tuple(extended_effects(model, first))
     sentences = ["No log is given, so the command has to tell everything alone."]
     for effect in present:
-        unset = [p for p in derive.effects.find(effect).parameters if full_name(effect, p.name) not in values]
+        row = derive.effects.in_plant_units(derive.effects.find(effect), model.plant_signature)
+        unset = [p for p in row.parameters if full_name(effect, p.name) not in values]
         values |= {full_name(effect, p.name): p.typical for p in unset}
         if unset:
             sentences.append(f"{effect} is assumed to have a typical size.")

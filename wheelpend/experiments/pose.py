@@ -68,7 +68,7 @@ def logs_of_last_change(model: Model) -> tuple[Path, ...]:
     """Logs of the last change in the workspace's history that are still there; none where it names none."""
     for entry in reversed(workspace.history(model.workspace)):
         named = entry.get("logs", []) if isinstance(entry, dict) else []
-        found = [next((p for p in (Path(n), model.workspace / n) if p.is_file()), None) for n in map(str, named)]
+        found = [next((p for p in (model.workspace / n, Path(n)) if p.is_file()), None) for n in map(str, named)]
         if found and all(found):
             return tuple(p for p in found if p)
     return ()
@@ -111,7 +111,7 @@ def _problem_of(start: DesignStart, first: str, others: tuple[str, ...], t: np.n
     kept = [e for e in start.present if e not in (first, *others)]
     base = tuple(free_names(problem, kept))
     absent = {n: 0.0 for o in others for n in linear_names(derive.effects.find(o))}  # the machine lacks it
-    profiled = profiled_values_of(others, start.values[-1])
+    profiled = profiled_values_of(problem.plant, others, start.values[-1])
     log_values = tuple({**own, **absent, **profiled} for own in start.values)
     names = (*base, *rival_parameters(first, others))
     pieces = []

@@ -9,6 +9,7 @@ import numpy as np
 
 import derive
 from derive.parameter_name import full_name
+from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.score_test import size_names
 from wheelpend.estimation.free_parameters import effect_parameter, free_names, free_parameters
@@ -107,7 +108,7 @@ def question_of_fit(problem: EstimationProblem, first: CandidateFit, others: Seq
     kept = [e for e in problem.model.effects if e not in problem.replaced(first.effect)]
     base = tuple(free_names(problem, kept))
     profiled = profiled_values_of(
-        rivals, {full_name(t.effect, p): v for t in others for p, v in t.coefficients.items()}
+        problem.plant, rivals, {full_name(t.effect, p): v for t in others for p, v in t.coefficients.items()}
     )
     sizes = tuple({**fitted.of_log(k), **profiled} for k in range(len(problem.data.estimation)))
     names = (*base, *rival_parameters(first.effect, rivals))
@@ -133,10 +134,10 @@ def information_at(
     return information_of_segments(SimulatedSegments(problem.simulator, segments, states, parameters), names)
 
 
-def profiled_values_of(effects: Sequence[str], known: Mapping[str, float]) -> dict[str, float]:
+def profiled_values_of(plant: PlantSignature, effects: Sequence[str], known: Mapping[str, float]) -> dict[str, float]:
     """Values that rivals need to have any influence: shapes, and limits that are absent at infinity."""
     names = [n for e in effects for n in derive.effects.find(e).full_names]
-    needed = {n: p for n in names if (p := effect_parameter(n)) and p.absent != 0.0}
+    needed = {n: p for n in names if (p := effect_parameter(n, plant)) and p.absent != 0.0}
     return {n: known.get(n, p.typical) for n, p in needed.items()}
 
 

@@ -16,6 +16,7 @@ CHANNEL_DIRECTIONS = {  # of the plants that we know: how a reading grows, and w
     ("cart_pole", "x"): "grows the way in which a positive input pushes; zero anywhere",
     ("cart_pole", "theta_p"): "grows when the pole leans the way in which x grows; 0 upright",
     ("slide", "x"): "grows the way in which a positive input pushes; zero anywhere",
+    ("shaft", "theta_m"): "grows the way in which a positive input turns; zero anywhere",
     ("pendulum", "theta_1"): "against the vertical, 0 hanging down",
     ("pendulum", "theta_2"): "0 where the second link hangs straight down, or is in line with the first",
 }
@@ -23,6 +24,7 @@ INPUT_DIRECTIONS = {
     "wheel_pendulum": "positive turns the wheels forward against the body",
     "cart_pole": "positive pushes the way in which x grows",
     "slide": "positive pushes the way in which x grows",
+    "shaft": "positive turns the way in which theta_m grows",
 }
 FULL_TURN_COUNTS = 4096  # of an encoder as an example, where model.toml states none
 

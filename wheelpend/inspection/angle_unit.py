@@ -6,30 +6,20 @@ import math
 
 import numpy as np
 
-from wheelpend.inspection.gravity import MIN_GRAVITY_GAIN, carried_weight_misfit, gravity_misfit
+from wheelpend.inspection.gravity import (
+    MIN_GRAVITY_GAIN,
+    carried_weight_misfit,
+    gravity_misfit,
+    is_passed_once,
+    turning_points,
+)
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN, Signals
 
 A_TURN_DEG = 360.0
-MIN_BACKLASH_SHARE = 0.1  # of its range, by which an angle goes back where it turns
 MIN_TURNING_POINTS = 3
 MAX_CARRIED_SHARE = 0.3  # of an input that gravity leaves of what it carries: else it is something else
 SMALL_UNIT = 1e6  # of which so many would be a rad: every swing is small in it
 MIN_UNIT_GAIN = 2.0  # times less of an acceleration that gravity leaves in degrees than in rad
-
-
-def turning_points(angle: np.ndarray) -> np.ndarray:
-    """Readings (k,) at which an angle (N,) turns back, by at least MIN_BACKLASH_SHARE of its range each time."""
-    values = angle[np.isfinite(angle)]
-    band = MIN_BACKLASH_SHARE * float(np.ptp(values)) if values.size else 0.0
-    found: list[float] = []
-    extreme, way = float(values[0]) if values.size else 0.0, 0
-    for value in values.tolist():
-        if way * (value - extreme) >= 0 and way:
-            extreme = value
-        elif abs(value - extreme) > band:
-            found += [extreme] if way else []
-            extreme, way = value, 1 if value > extreme else -1
-    return np.array(found)
 
 
 def longest_swing(angle: np.ndarray) -> float:
@@ -75,7 +65,7 @@ def is_in_degrees(angle: np.ndarray, signals: Signals | None, place: str, inputs
         points = turning_points(known)
         return (f"it swings from {points.min():.3g} to {points.max():.3g} and back: in rad it would turn over, in "
                 "degrees it would not")  # fmt: skip
-    if signals is None or np.ptp(known) < 2 * math.pi:
+    if signals is None or np.ptp(known) < 2 * math.pi or is_passed_once(known, DEGREES_PER_RADIAN):
         return ""
     in_rad, in_degrees = (gravity_misfit(signals, place, inputs, unit) for unit in (1.0, DEGREES_PER_RADIAN))
     if in_degrees * MIN_UNIT_GAIN < in_rad:

@@ -65,7 +65,7 @@ def find_input_faults(
     signals = uniform_signals(log, module.INPUT, in_range=True, least=least_samples(module))
     if signals is None or is_constant(signals):
         return []
-    unpulled = corrections.table.units.get(module.OUTPUTS[0]) == "m"
+    unpulled = not corrections.table.pulled or corrections.table.units.get(module.OUTPUTS[0]) == "m"
     alike, against = friction_like_coordinate(signals, module)
     if alike:
         return [friction_like_finding(signals.input, alike, against=against, turned=against and unpulled)]

@@ -14,11 +14,37 @@ MIN_GRAVITY_GAIN = 1.3  # times less of an acceleration left by gravity, from wh
 MAX_ROUNDING_SHARE = 1e-6  # of an input, rms, below which what is left of it is that of its digits
 MIN_SWING_RAD = 0.5  # below which a spring would do as well
 RESTING_SHARE, MIN_RESTING_READINGS, MIN_RESTING_PART = 0.05, 5, 0.1  # of a swing: what is at rest; of a log, as long
+MIN_BACKLASH_SHARE = 0.1  # of its range, by which an angle goes back where it turns
+MIN_PASSED_TURNS = 2.0  # one way, from which on what gravity does repeats
 MIN_SWINGS = 4  # half periods of a free swing before it rests
 MIN_POLE_SWING_RAD = 0.2  # of a pole, the cart's acceleration known
 MAX_POLE_ZERO_RAD = 0.5  # of what a pole reads as it hangs, to be measured from there
 MAX_ZERO_DEVIATION_RAD = 0.1  # of a zero from hanging or upright, within which it counts as that
 MAX_LEVEL_DEVIATION_RAD = 0.03  # the same from level, which a zero may be near by chance
+
+
+def turning_points(angle: np.ndarray) -> np.ndarray:
+    """Readings (k,) at which an angle (N,) turns back, by at least MIN_BACKLASH_SHARE of its range each time."""
+    values = angle[np.isfinite(angle)]
+    band = MIN_BACKLASH_SHARE * float(np.ptp(values)) if values.size else 0.0
+    found: list[float] = []
+    extreme, way = float(values[0]) if values.size else 0.0, 0
+    for value in values.tolist():
+        if way * (value - extreme) >= 0 and way:
+            extreme = value
+        elif abs(value - extreme) > band:
+            found += [extreme] if way else []
+            extreme, way = value, 1 if value > extreme else -1
+    return np.array(found)
+
+
+def is_passed_once(angle: np.ndarray, unit: float = 1.0) -> bool:
+    """True of an angle (N,) that goes one way through less than two turns, where gravity is alike to a slow change.
+
+    ``unit`` is the number of its units in a rad.
+    """
+    known = angle[np.isfinite(angle)]
+    return float(np.ptp(known)) < MIN_PASSED_TURNS * 2 * math.pi * unit and not turning_points(known).size
 
 
 def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], unit: float = 1.0) -> float | None:
@@ -27,7 +53,7 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], uni
     The acceleration is fitted by input, viscous and dry friction and a constant, and then by the sine and cosine of the
     angle beside them. ``unit`` is the number of the column's units in a rad.
     """
-    if signals is None or not len(signals.rows):
+    if signals is None or not len(signals.rows) or is_passed_once(signals.channels[place], unit):
         return None
     angle = signals.channels[place][signals.rows] / unit  # smoothed, a coarse log's swing would be small
     left = [gravity_fit(signals, place, inputs, unit, pulled) for pulled in (False, True)]

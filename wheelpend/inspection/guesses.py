@@ -24,7 +24,9 @@ from wheelpend.inspection.column_names import (
     stated_factor,
 )
 from wheelpend.inspection.column_roles import MAX_SUM_MISFIT_SHARE
+from wheelpend.inspection.gravity import turning_points
 from wheelpend.inspection.kinematics import sum_misfit
+from wheelpend.inspection.plant_fit import MAX_WAY_M
 from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import SUMMED_PLACE, Survey
@@ -41,7 +43,6 @@ MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
 PUT_SECONDS = "put the seconds from row to row in the place of this scale"
 MAX_SHAFT_SPEED_RAD_S = 3000.0  # rad/s of a shaft, beyond which hardly a motor with an encoder turns
 MIN_OVERFLOW_RATIO = 1.5  # of its readings' range, that a counter goes which overflowed
-MAX_WAY_M = 20.0  # along an axis, beyond which a place is no carriage's
 
 
 class Guess(NamedTuple):
@@ -145,6 +146,18 @@ def guess_place(
     if by_rate := guess_by_rate(survey, column, values, own):
         return by_rate
     way = float(np.nanmax(values) - np.nanmin(values))
+    if (
+        own == "rad"
+        and alone
+        and inputs
+        and not counting
+        and not is_whole(values)
+        and column != SUMMED_PLACE
+        and way > MAX_WAY_M
+        and turning_points(values).size
+    ):
+        said = f"degrees, for what goes to and fro hardly turns {way / (2 * math.pi):.0f} times, as it would in rad"
+        return Guess(ColumnMap(column, "deg"), said)
     if own == "m" and way > MAX_WAY_M and is_of_joint_states(column):
         return Guess(ColumnMap(column), "rad of a shaft, as the messages of ROS hold them, in the place of m")
     if own == "m" and not counting and way > MAX_WAY_M and beside_angle:

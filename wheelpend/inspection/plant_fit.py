@@ -12,15 +12,18 @@ import numpy as np
 
 from derive import plants
 from derive.plant_signature import PlantSignature
-from wheelpend.inspection.column_names import stated_base, suggested_input_base, unit_within
+from wheelpend.inspection.column_names import is_of_joint_states, stated_base, suggested_input_base, unit_within
 from wheelpend.inspection.signals import is_whole
-from wheelpend.inspection.survey import Survey
+from wheelpend.inspection.survey import SUMMED_PLACE, Survey
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnTable, guess_columns
 from wheelpend.logs.units import without_unit
 
 IGNORED_SENSOR_COST = 0.3  # in preference, of a rate's sensor that a plant has no place for: more than of a name
 OPTIONAL_SENSOR_COST = 0.15  # of one that such a machine seldom has
+COUNTED_WAY_COST = 0.3  # of a way that is a motor's shaft by its numbers: more than of a name
+CARRIAGE_PREFERENCE = 0.005  # against a shaft, where nothing says which
+MAX_WAY_M = 20.0  # along an axis, beyond which a place is no carriage's
 RATE_SENSOR_WORDS = ("gyro", "gyr_", "imu")
 
 
@@ -35,12 +38,13 @@ class Candidate(NamedTuple):
     computed: int  # of its rates, those that are no sensor of their own and not called so
     ignored: int = 0  # rates of the file that are sensors of their own and that it has no place for
     by_name: bool = False  # the file has every one of its columns under its own name, whatever they do
+    counted: bool = False  # a way along which it goes is an encoder's counts, or longer than any axis: a shaft's
 
     @property
     def swings(self) -> bool:
         """True of a plant whose one angle may hang."""
-        own = self.table.places
-        return len(own) == 1 and self.table.units[own[0]] == "rad" and not self.table.range_channel
+        table, own = self.table, self.table.places
+        return table.pulled and len(own) == 1 and table.units[own[0]] == "rad" and not table.range_channel
 
     @property
     def words(self) -> str:
@@ -134,7 +138,20 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
     rates_found = {n: c for n, c in columns.items() if n not in (*own, *table.inputs)}
     computed = sum(n != c and survey.is_computed(c) and not names_rate_sensor(c) for n, c in rates_found.items())
     ignored = sum(not survey.is_computed(r) and r not in rates_found.values() for r in survey.of_role("rate"))
-    return Candidate(plant, chosen, table, columns, named, computed, ignored)
+    counted = len(own) == 1 and table.units[own[0]] == "m" and may_be_shaft(survey, columns[own[0]])
+    return Candidate(plant, chosen, table, columns, named, computed, ignored, counted=counted)
+
+
+def may_be_shaft(survey: Survey, column: str) -> bool:
+    """True of a position that is a motor's shaft rather than a carriage: summed, an encoder's counts, or too long.
+
+    Not of one that states a unit of length.
+    """
+    if survey.base_of(column):
+        return False
+    values = survey.values[column]
+    known = values[np.isfinite(values)]
+    return column == SUMMED_PLACE or is_of_joint_states(column) or is_whole(known) or float(np.ptp(known)) > MAX_WAY_M
 
 
 def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
@@ -235,7 +252,9 @@ def preference(candidate: Candidate, gravity: bool) -> float:
     sensors = IGNORED_SENSOR_COST * candidate.ignored
     sensors += OPTIONAL_SENSOR_COST * bool(candidate.assumptions.get("rate_sensor"))
     unit = 0.2 * any(unit_within(first, c) not in ("", first) for c in candidate.columns.values())
-    return 10 * exact + fits + called + unit - 0.01 * len(candidate.assumptions) - candidate.computed - sensors
+    costs = sensors + candidate.computed + COUNTED_WAY_COST * candidate.counted + 0.01 * len(candidate.assumptions)
+    costs += CARRIAGE_PREFERENCE * (first == "rad" and not candidate.table.pulled)
+    return 10 * exact + fits + called + unit - costs
 
 
 def toml_value(value: Any) -> str:

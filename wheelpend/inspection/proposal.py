@@ -64,9 +64,9 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
         raise Failure(f"{survey.file}: {said}")
     inputs, places = survey.of_role("input"), survey.of_role("position")
     gravity = hanging_at(survey, places[0], inputs) if len(places) == 1 else None
+    pulled = gravity is not None or (len(places) == 1 and looks_like_degrees(survey, places[0]))
     found = sorted(
-        candidates(survey, [plant] if plant else list(plants.KNOWN_PLANTS)),
-        key=lambda c: -preference(c, gravity is not None),
+        candidates(survey, [plant] if plant else list(plants.KNOWN_PLANTS)), key=lambda c: -preference(c, pulled)
     )
     best = found[0] if found else partly_fitted(plant, survey) if plant else None
     if best is None:
@@ -355,7 +355,8 @@ def plant_advice(survey: Survey, left: list[str]) -> str:
     name = "v_in" if needs_input else "theta_1" if first != "..." and turns else "x"
     unit = stated_unit(first) or ("deg" if first in places and looks_like_degrees(survey, first) else "")
     if first == SUMMED_PLACE:
-        first, unit = survey.speed, stated_unit(survey.speed) or speed_unit("rad" if name == "theta_1" else "m")
+        name = "x" if survey.base_of(first) == "m" else "theta_m"
+        first, unit = survey.speed, stated_unit(survey.speed) or speed_unit("m" if name == "x" else "rad")
         places = [first]
     entry = f'{{ column = "{first}", unit = "{unit}" }}' if unit and first in places else f'{{ column = "{first}" }}'
     return (

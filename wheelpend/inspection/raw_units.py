@@ -71,7 +71,7 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
     Gravity turns a pendulum back by itself, so only machines are judged whose first coordinate it does not pull.
     """
     places = [c for c in log.channels if table.units.get(c) in ("rad", "m") and c != table.range_channel]
-    hangs = not table.range_channel and any(table.units[c] == "rad" for c in places)
+    hangs = table.pulled and not table.range_channel
     if len(table.inputs) != 1 or not places or hangs or np.nanmin(log.voltage) < 0.0:
         return []
     place, known = channel_values(log, places[0]), np.isfinite(channel_values(log, places[0]))

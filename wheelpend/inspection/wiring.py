@@ -48,7 +48,7 @@ def find_faults(
     if module.NQ > 1 or len(table.inputs) != 1 or any(f.kind == "flipped_sign" for f in findings):
         return findings
     place = table.places[0]
-    backwards = sets_out_backwards(log, place, hangs=table.units[place] == "rad")
+    backwards = sets_out_backwards(log, place, hangs=table.pulled)
     if backwards and not is_right_as_it_is(log, module):
         findings.append(backward_start(place, corrections))
     return findings

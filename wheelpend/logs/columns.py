@@ -64,6 +64,7 @@ class ColumnTable:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)  # what is known of them, by channel
     words: PlantWords = WORDS_FOR_ANY
     wiring_check: str = ""  # check of the inspection that knows how such a machine is wired
+    pulled: bool = True  # gravity acts on the machine
 
     @classmethod
     def of(cls, plant: PlantSignature) -> ColumnTable:
@@ -84,6 +85,7 @@ class ColumnTable:
             sensors={c.name: c.sensor for c in plant.channels},
             words=plant.words,
             wiring_check=plant.wiring_check,
+            pulled=plant.pulled,
         )
 
     def aliases(self, name: str) -> tuple[str, ...]:

@@ -76,7 +76,7 @@ def over_variable(f: Force, name: str, chosen: np.ndarray) -> go.Figure:
 def over_pair(f: Force, names: tuple[str, str], chosen: np.ndarray) -> go.Figure:
     """A map of the mean force over two variables; where hardly a sample is it stays blank."""
     x, y = (f.variables[name] for name in names)
-    edges = [np.linspace(v.min(), v.max() or v.min() + 1.0, MAP_BINS + 1) for v in (x, y)]
+    edges = [np.linspace(v.min(), v.max() if np.ptp(v) else v.min() + 1.0, MAP_BINS + 1) for v in (x, y)]
     count, _, _ = np.histogram2d(x, y, bins=edges)
     total, _, _ = np.histogram2d(x, y, bins=edges, weights=f.force)
     mean = np.where(count >= MIN_BIN_SAMPLES, total / np.maximum(count, 1.0), np.nan)
@@ -93,9 +93,13 @@ def over_pair(f: Force, names: tuple[str, str], chosen: np.ndarray) -> go.Figure
 
 
 def binned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean x, mean y and its standard error in ranges of x that hold as many samples each."""
+    """Mean x, mean y and its standard error in ranges of x that hold as many samples each.
+
+    Samples in the order of time of which one follows the other in a range are one visit, and count once.
+    """
     groups = [g for g in np.array_split(np.argsort(x, kind="stable"), STATE_BINS) if len(g) >= MIN_BIN_SAMPLES]
-    found = [(x[g].mean(), y[g].mean(), y[g].std() / np.sqrt(len(g))) for g in groups]
+    visits = [1 + np.count_nonzero(np.diff(np.sort(g)) > 1) for g in groups]
+    found = [(x[g].mean(), y[g].mean(), y[g].std() / np.sqrt(v)) for g, v in zip(groups, visits, strict=True)]
     centres, means, errors = np.array(found).reshape(-1, 3).T
     return centres, means, errors
 

@@ -109,9 +109,10 @@ class CandidateList:
             plot.props["role"] = "img"
             plot.props["aria-label"] = "The missing force over time, and what a candidate would explain of it"
             with ui.element("figcaption"):
+                log = f" of {self.drawn['forces'][0]['log']}" if len(self.drawn["forces"]) > 1 else ""
                 text(
-                    "What a candidate would explain, smoothed over 0.05 s: point at one below, or move to it by the "
-                    "keyboard."
+                    f"What a candidate would explain{log}, smoothed over 0.05 s: point at one below, or move to it by "
+                    "the keyboard."
                 )
 
     def _explained(self, effect: str) -> go.Figure:

@@ -35,15 +35,15 @@ def equation_rows(explanation: Ladder) -> list[Equation]:
     final = derive.compose(plant, assumptions, explanation.effects)
     old = equation_terms(derive.compose(plant, assumptions, explanation.first.problem.model.effects))
     new = equation_terms(final)
-    moving = list(new)[: len(final.plant.coordinates)]
+    moving = list(new)[: len(final.plant.moving)]
     return [
         Equation(
             display_text(row),
-            [Term(term_text(t), "" if t in new[row] else "gone") for t in old[row]],
-            [Term(term_text(t), "" if t in old[row] else "new") for t in new[row]],
+            [Term(term_text(t), "" if t in new.get(row, ()) else "gone") for t in old.get(row, ())],
+            [Term(term_text(t), "" if t in old.get(row, ()) else "new") for t in new.get(row, ())],
         )
-        for row in new
-        if row in moving or old[row] != new[row]
+        for row in [*new, *(r for r in old if r not in new)]  # an effect may bring a part that moves, or take one away
+        if row in moving or old.get(row) != new.get(row)
     ]
 
 
@@ -58,11 +58,12 @@ def equation_terms(model: derive.Model) -> dict[str, list[str]]:
             row = line.rstrip(" 0=:") + ": 0 ="
             found[row] = []
     for surface in model.surfaces:
-        slip = sum(int(w) * c.dq for w, c in zip(surface.slip, model.plant.coordinates, strict=True))
-        for row, weight in zip(found, surface.slip, strict=False):
+        weights = [sp.nsimplify(w) for w in surface.slip]
+        slip = sum(w * c.dq for w, c in zip(weights, model.plant.moving, strict=True))
+        for row, weight in zip(found, weights, strict=False):
             if weight:
                 law = surface.law.subs(surface.direction, sp.Function("sign")(slip))
-                found[row] += [_signed_text(t) for t in sp.Add.make_args(sp.expand(int(weight) * law))]
+                found[row] += [_signed_text(t) for t in sp.Add.make_args(sp.expand(weight * law))]
     for channel, reading in zip(model.plant.channels, model.readings, strict=True):
         found[f"sensor {channel.name} ="] = [_signed_text(t) for t in sp.Add.make_args(sp.expand(reading))]
     found["command:"] = [f"+ v_in(t − {model.delay})" if model.delay else "+ v_in(t)"]

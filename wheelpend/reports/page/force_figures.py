@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import plotly.graph_objects as go
@@ -17,7 +17,6 @@ from wheelpend.diagnosis.missing_force.estimate import MissingForce
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.diagnosis.missing_force.smoothed_force import pooled
 from wheelpend.diagnosis.verdict import Diagnosis
-from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.state_reconstruction import port_motion
@@ -135,15 +134,16 @@ def _add_candidate(
 ) -> None:
     """Draw a candidate: its law where it is a force over this state, and the force that its refit would leave."""
     row, state = place
-    x = diagnosis.missing[0].variables[state]
+    x = pooled(diagnosis.missing).variables[state]
     law = law_over_state(diagnosis.problem, candidate, row, state)
     if law is not None:
         grid = np.linspace(float(x.min()), float(x.max()), 401)
         figure.add_trace(go.Scatter(x=grid, y=law(grid), mode="lines", name=f"{candidate.effect}, law alone",
                                     line={"color": colour, "width": 1.5, "dash": "dot"}))  # fmt: skip
-    whole = missing_force_if_true(diagnosis, candidate)
-    if whole is not None:
-        curve = bin_means(x, whole[:, row], quantile_bins(x))
+    found = [missing_force_if_true(diagnosis, candidate, k) for k in range(len(diagnosis.missing))]
+    whole = [f for f in found if f is not None]
+    if len(whole) == len(diagnosis.missing):
+        curve = bin_means(x, np.concatenate(whole)[:, row], quantile_bins(x))
         figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{candidate.effect}, refitted",
                                     line={"color": colour, "width": 2.5}))  # fmt: skip
 
@@ -191,23 +191,27 @@ def port_speed(angle: sp.Expr, plant) -> sp.Expr:
     return sp.Add(*(angle.diff(c.q) * c.dq for c in plant.coordinates))
 
 
-def missing_force_if_true(diagnosis: Diagnosis, candidate: CandidateFit) -> np.ndarray | None:
-    """The force (n, rows) [V] that the old model would miss in the first log if the candidate were the truth.
+def missing_force_if_true(diagnosis: Diagnosis, candidate: CandidateFit, number: int = 0) -> np.ndarray | None:
+    """The force (n, rows) [V] that the old model would miss in a log, by its number, if the candidate were the truth.
 
     The old model's equations are evaluated with the refitted candidate's accelerations: what they leave is the force.
-    None for sensors, delays and lags, which are no forces, and where a constant is unknown.
+    None for sensors, delays and lags, which are no forces, for effects by which something else moves, which these
+    equations do not have, and where a constant is unknown.
     """
-    problem = diagnosis.problem
-    if not diagnosis.missing or isinstance(
-        derive.effects.find(candidate.effect).enters, SensorMap | InputDelay | InputLag
-    ):
+    problem, effect = diagnosis.problem, derive.effects.find(candidate.effect)
+    if number >= len(diagnosis.missing) or isinstance(effect.enters, SensorMap | InputDelay | InputLag):
         return None
-    table = diagnosis.missing[0].variables
+    if not {*effect.full_names} <= {*problem.module.PARAMETERS}:
+        return None
+    table, log = diagnosis.missing[number].variables, diagnosis.missing[number].log
+    index = next((k for k, own in enumerate(problem.logs) if own.name == log), None)
+    if index is None:
+        return None
     states = np.column_stack([table[n] for n in problem.module.STATES])
-    parameters = kernel_parameters(problem.module, candidate.fit.of_log(0), problem.logs[0])
+    parameters = kernel_parameters(problem.module, candidate.fit.of_log(index), problem.logs[index])
     rates = np.array([problem.module.acceleration(t, s, v, parameters)
                       for t, s, v in zip(table["t"], states, input_samples(problem, table), strict=True)])  # fmt: skip
-    found = _equation_residuals(problem, diagnosis.fit, table, rates)
+    found = _equation_residuals(problem, diagnosis.fit.of_log(index), table, rates)
     return found if found is not None and np.isfinite(found).all() else None
 
 
@@ -217,10 +221,10 @@ def input_samples(problem: EstimationProblem, table: dict[str, np.ndarray]) -> n
 
 
 def _equation_residuals(
-    problem: EstimationProblem, fitted: Fit, table: dict[str, np.ndarray], rates: np.ndarray
+    problem: EstimationProblem, values: Mapping[str, float], table: dict[str, np.ndarray], rates: np.ndarray
 ) -> np.ndarray | None:
     model = derive.compose(problem.model.plant, problem.model.assumptions, problem.model.effects)
-    known = {**fitted.of_log(0), "origin": float(table[problem.module.STATES[0]][0]), **table}
+    known = {**values, "origin": float(table[problem.module.STATES[0]][0]), **table}
     known |= {f"dd{c.name}": rates[:, k] for k, c in enumerate(model.plant.coordinates)}
     columns = []
     for row, residual in enumerate(model.residual):
@@ -230,8 +234,8 @@ def _equation_residuals(
         names = sorted(residual.free_symbols, key=str)
         if any(s.name not in known for s in names):
             return None
-        values = sp.lambdify(names, residual, LAMBDIFY_MODULES)(*(known[s.name] for s in names))
-        columns.append(np.broadcast_to(values, table["t"].shape))
+        found = sp.lambdify(names, residual, LAMBDIFY_MODULES)(*(known[s.name] for s in names))
+        columns.append(np.broadcast_to(found, table["t"].shape))
     return np.column_stack(columns)
 
 

@@ -14,6 +14,8 @@ from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.segments import Segments
+from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.reports.numbers import small_estimate_text, typeset_estimate_text, typeset_number_text, unit_text
@@ -118,8 +120,8 @@ class LogRow(NamedTuple):
 
 def log_rows(problem: EstimationProblem) -> list[LogRow]:
     """Training logs, then hold-out logs."""
-    split = {v.estimation_log for v in problem.data.validation}
-    logs = [(log, "fit; last third held out" if k in split else "fit") for k, log in enumerate(problem.logs)]
+    split = {v.estimation_log: v for v in problem.data.validation if v.estimation_log is not None}
+    logs = [(log, _split_text(log, split[k].part) if k in split else "fit") for k, log in enumerate(problem.logs)]
     logs += [(v.part.log, "held out") for v in problem.data.validation if v.estimation_log is None]
     rows, units = [], plant_units_of(problem.model)
     for (log, role), noise in zip(logs, problem.noise, strict=False):
@@ -127,6 +129,12 @@ def log_rows(problem: EstimationProblem) -> list[LogRow]:
             (c, f"{typeset_number_text(s, 3)} {units.unit(c)}")
             for c, s in zip(log.channels, noise.sigma, strict=True)
         ]  # fmt: skip
-        seconds = float(log.t[-1] - log.t[0])
-        rows.append(LogRow(log.name, role, len(log.t), seconds, log.reference is not None, sigma, noise.floor))
+        samples, seconds = len(log.t) - log.lead, float(log.t[-1] - log.t[log.lead])
+        rows.append(LogRow(log.name, role, samples, seconds, log.reference is not None, sigma, noise.floor))
     return rows
+
+
+def _split_text(log: Log, held: Segments) -> str:
+    """What of a log is held out of the fit."""
+    begin = float(held.log.t[int(held.bounds[0, 0])] - log.t[log.lead])
+    return f"fit; held out from {begin:.3g} s on"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
-from wheelpend.experiments.advice import CLEAR_SEPARATION_SIGMA
+from wheelpend.experiments.advice import CLEAR_SEPARATION_SIGMA, duration_text, records_needed
 from wheelpend.reports.numbers import digits_text
 from wheelpend.reports.text.table import Table, TextBlocks
 
@@ -62,9 +62,9 @@ def _separation_text(design: Design) -> Iterator[str | Table]:
     title = f"{design.between[0]} or {' or '.join(design.between[1:])}: standard errors apart"
     yield Table(title, ("after", "apart"), rows)
     reached = separation["designed"] or 0.0
-    longer_min = design.duration_s * (CLEAR_SEPARATION_SIGMA / max(reached, 1e-9)) ** 2 / 60.0
-    if reached < CLEAR_SEPARATION_SIGMA and longer_min < MAX_WORTHWHILE_RECORD_MIN:
-        yield f"{CLEAR_SEPARATION_SIGMA:g} would be clear: a record of about {longer_min:.0f} min would be needed."
+    needed_s = design.duration_s * records_needed(reached, separation.get("logs") or 0.0)
+    if reached < CLEAR_SEPARATION_SIGMA and needed_s < 60.0 * MAX_WORTHWHILE_RECORD_MIN:
+        yield f"{CLEAR_SEPARATION_SIGMA:g} would be clear: a record of about {duration_text(needed_s)} would be needed."
     elif reached < CLEAR_SEPARATION_SIGMA:
         yield (
             f"{CLEAR_SEPARATION_SIGMA:g} would be clear, which no command comes near: "

@@ -94,7 +94,9 @@ def step_size_text(step: Step, explanation: Ladder, quantities: PlantUnits) -> s
 
 def _final_coefficient_text(name: str, final: Estimate, quantities: PlantUnits, drive_v: float) -> str:
     value, unit = final.value, final.unit
-    text = f"{name} {per_log_text(final.per_log, unit) if final.per_log else _with_unit(final)}".rstrip()
+    if final.per_log:
+        return f"{name} {per_log_text(final.per_log, unit)}"
+    text = f"{name} {_with_unit(final)}".rstrip()
     share = (
         f"{digits_text(100 * abs(value) / drive_v, 3)} % of the rms drive {quantities.input_word}" if drive_v else ""
     )
