@@ -10,7 +10,17 @@ from collections.abc import Mapping
 import sympy as sp
 
 from derive.algebra import derivative, expand, substitute
-from derive.effects import DryForce, Effect, Force, HysteresisForce, InputMap, InternalForce, InternalPlay, SensorMap
+from derive.effects import (
+    DryForce,
+    Effect,
+    Force,
+    HysteresisForce,
+    InputMap,
+    InternalForce,
+    InternalPlay,
+    SensorFilter,
+    SensorMap,
+)
 from derive.functions import LOAD_SYMBOL, TIME_SYMBOL, Magnitude, Ramp, Sign, symbol
 from derive.grouping import Grouping, rewrite
 from derive.records import Coordinate, DrySurface, Hysteresis, Plant
@@ -127,4 +137,19 @@ def sensor_maps(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[sp.Expr, ...]
         if isinstance(effect.enters, SensorMap):
             channel = plant.plant_signature.channel_of(effect.enters.channel, effect.enters.kind)
             readings[channel] = effect.enters.law(readings[channel], **effect.symbols)
+        elif isinstance(effect.enters, SensorFilter):
+            channel, state = effect.enters.channel, plant.internal[effect.releases].dq
+            speed = plant.coordinates[0].dq
+            readings[channel] = effect.enters.law(readings[channel], speed, state, **effect.symbols)
     return tuple(readings.values())
+
+
+def filter_rows(plant: Plant, chosen: tuple[Effect, ...]) -> dict[int, sp.Expr]:
+    """The row of each internal coordinate whose rate is a sensor's filter, by its place among the moving coordinates."""
+    found = {}
+    for effect in chosen:
+        if isinstance(effect.enters, SensorFilter):
+            state = plant.internal[effect.releases]
+            place = [c.q for c in plant.moving].index(state.q)
+            found[place] = state.ddq - effect.enters.follows(plant.coordinates[0].dq, state.dq, **effect.symbols)
+    return found

@@ -36,6 +36,7 @@ from derive.effects import (
     InternalForce,
     InternalPlay,
     SensorDelay,
+    SensorFilter,
 )
 from derive.functions import TIME_SYMBOL, symbol
 from derive.grouping import NotExpressibleError
@@ -46,6 +47,7 @@ KINDS_WITHOUT_TRACE = (
     InputDelay,
     InputLag,
     SensorDelay,
+    SensorFilter,
     HysteresisForce,
     InternalForce,
     InternalPlay,

@@ -12,6 +12,7 @@ from derive.algebra import expand, substitute, symbols_in
 from derive.base_equations import base_parameters, group_and_deform
 from derive.effect_laws import (
     dry_surfaces,
+    filter_rows,
     generalised_forces,
     hysteresis_forces,
     input_map,
@@ -79,7 +80,8 @@ def residual_of(
     residual = [
         substitute(row, driven) - force for row, force in zip(rows, generalised_forces(plant, chosen), strict=True)
     ]
-    residual = [divided_by_size(row, chosen) if n >= count else row for n, row in enumerate(residual)]
+    filters = filter_rows(plant, chosen)
+    residual = [divided_by_size(filters.get(n, row), chosen) if n >= count else row for n, row in enumerate(residual)]
     return tuple(r - symbol(unknown[n].name) if n < len(unknown) else r for n, r in enumerate(residual))
 
 

@@ -56,6 +56,7 @@ LAG = -1  # index of the time constant of the input's lag, or -1
 ORIGIN = -1  # index of the first coordinate's value at the log's first sample, or -1
 NQ, NX, NY, NP = 2, 4, 3, 7
 NA, NV = 2, 4  # moving coordinates; variables: the states, then added states
+NR = 4  # variables, from the first, that readings depend on: the states, and a sensor's filter where there is one
 NS = NV + (LAG >= 0)  # a lagging input is the last
 RATES = (2, 3)  # where the rate of each moving coordinate stands among the variables
 DELAYED = (False, False, False,)  # True for each output that the sensor delay acts on
@@ -258,7 +259,7 @@ def read_sensors(t, state, parameters, output):
 
 @inlined
 def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
-    """Derivatives of the readings into (NY, NX) and (NY, NP); zero entries are not touched."""
+    """Derivatives of the readings into (NY, NR) and (NY, NP); zero entries are not touched."""
     by_state[0, 0] = 1
     by_state[1, 1] = 1
     by_state[2, 3] = 1
@@ -823,7 +824,7 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.empty((t.size, NY, n))
     now, sens, reading, rows, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n)), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
-    by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    by_state, reading_by = np.zeros((NY, NR)), np.zeros((NY, FITTED + 1))
     acting = _acting_sample(t, FIRST_SAMPLE, t[0], parameters)
     _initial_state(t[0], t, voltage, acting, state, parameters, columns, now, sens)
     delay, sensor_delay, smooth, linearise = _input_delay(parameters), _sensor_delay(parameters), _is_frictionless(parameters), n > 0
@@ -890,7 +891,7 @@ def _reading_jacobian(sens, by_state, by_parameter, columns, rows):
     for y in range(NY):
         for c in range(sens.shape[1]):
             rows[y, c] = by_parameter[y, columns[c - NX]] if c >= NX else 0.0
-        for i in range(NX):
+        for i in range(NR):
             by = by_state[y, i]
             for c in range(sens.shape[1] if by != 0.0 else 0):
                 rows[y, c] += by * sens[i, c]
@@ -909,7 +910,7 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
     n = NX + columns.size
     now, sens, reading, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
-    by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    by_state, reading_by = np.zeros((NY, NR)), np.zeros((NY, FITTED + 1))
     rows, active, keep = np.zeros((NY, n + 1)), columns.copy(), residual.shape[0] > 0
     delay, sensor_delay, smooth, linearise = _input_delay(parameters), _sensor_delay(parameters), _is_frictionless(parameters), n > 0
     for s in range(bounds.shape[0]):
@@ -1078,9 +1079,9 @@ def filter_error(
     chosen = np.full(NS - NX + forces.size + n, FITTED, np.int64)
     chosen[NS - NX : first - NX], chosen[first - NX :] = forces, columns
     parameters = parameters.copy()
-    now, sens, reading, slope = np.zeros(NS), np.zeros((NS, first + n)), np.zeros(NY), np.zeros(NX)
+    now, sens, reading, slope = np.zeros(NS), np.zeros((NS, first + n)), np.zeros(NY), np.zeros(NR)
     new_state, stages, by_parameter, lanes, dry = _workspace()
-    by_state, reading_by, row = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(n + 1)
+    by_state, reading_by, row = np.zeros((NY, NR)), np.zeros((NY, FITTED + 1)), np.zeros(n + 1)
     rubbing, friction, along, row_slope = np.zeros(SURFACES), np.zeros((2, SURFACES, n + 1)), np.zeros(NS), np.zeros(first + n)
     force, force_by, gain, crossed, by = np.zeros(m), np.zeros((m, n)), np.zeros(size), np.zeros(size), np.zeros(size)
     covariance, transition, product, added = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)), np.zeros((NS, NS))
@@ -1140,20 +1141,20 @@ def filter_error(
             read_sensors(now_t, now, parameters, reading)
             _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
             _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, chosen, dry, slope, by_state, reading_by)
-            for i in range(NX):
+            for i in range(NR):
                 slope[i] = now[i]  # about which the readings are linear
             for y in range(NY):
                 sample = early if DELAYED[y] else k
                 if not (ahead if DELAYED[y] else on_time) or np.isnan(measured[sample, y]):
                     continue
                 error = measured[sample, y] - reading[y]
-                for i in range(NX):
+                for i in range(NR):
                     error -= by_state[y, i] * (now[i] - slope[i])
                 for j in range(m):
                     error -= reads[y, j] * force[j]
                 for c in range(n):
                     row[c] = reading_by[y, columns[c]]
-                    for i in range(NX):
+                    for i in range(NR):
                         row[c] += by_state[y, i] * sens[i, first + c]
                     for j in range(m):
                         row[c] += reads[y, j] * force_by[j, c]
@@ -1191,7 +1192,7 @@ def _start_filter(sens, spread, by_state, reads, noise, force, force_by, covaria
         covariance[i, i], transition[i, i] = spread[i] ** 2, 1.0
     for j in range(force.size):
         covariance[NS + j, NS + j], transition[NS + j, NS + j] = noise[j, 0] ** 2, 1.0
-        for i in range(NX):
+        for i in range(NR):
             for y in range(NY):
                 covariance[NS + j, NS + j] += noise[j, 2] * (reads[y, j] * by_state[y, i] * spread[i]) ** 2
 
@@ -1243,12 +1244,12 @@ def _lag_sensors(elapsed, before, sens_before, now, sens, by_state, reads, noise
         share = noise[j, 1] * (1.0 - transition[NS + j, NS + j]) / elapsed
         for v in range(transition.shape[0]):
             moved = 0.0
-            for i in range(NX):
+            for i in range(NR):
                 for y in range(NY):
                     moved += reads[y, j] * by_state[y, i] * (transition[i, v] - (1.0 if i == v else 0.0))
             if v != NS + j:
                 transition[NS + j, v] = -share * moved
-        for i in range(NX):
+        for i in range(NR):
             for y in range(NY):
                 along = share * reads[y, j] * by_state[y, i]
                 force[j] -= along * (now[i] - before[i])
@@ -1288,7 +1289,7 @@ def _spread(noise, added, covariance, transition, product):
 def _reading_direction(y, by_state, reads, by):
     """Derivatives of a reading in the variables, into by (variables,): in the states, then in the sources."""
     for i in range(by.size):
-        by[i] = by_state[y, i] if i < NX else 0.0 if i < NS else reads[y, i - NS]
+        by[i] = by_state[y, i] if i < NR else 0.0 if i < NS else reads[y, i - NS]
 
 
 @inlined

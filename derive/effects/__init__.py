@@ -23,6 +23,7 @@ from derive.effects.row import (
     Quantiles,
     Ripple,
     SensorDelay,
+    SensorFilter,
     SensorMap,
     Values,
 )
@@ -94,6 +95,7 @@ __all__ = [
     "Quantiles",
     "Ripple",
     "SensorDelay",
+    "SensorFilter",
     "SensorMap",
     "Values",
     "all_with",

@@ -23,6 +23,7 @@ from derive.effects.row import (
     InternalForce,
     InternalPlay,
     SensorDelay,
+    SensorFilter,
     SensorMap,
     Values,
 )
@@ -53,6 +54,8 @@ def is_applicable(effect: Effect, plant: PlantSignature) -> bool:
             return plant.driven
         case SensorDelay(channels=channels):
             return {c.name for c in plant.channels} >= set(channels)
+        case SensorFilter(channel=channel, coordinate=name):
+            return name in plant.internal and any(c.name == channel for c in plant.channels)
         case SensorMap(channel=channel, kind=kind):
             return bool(plant.channel_of(channel, kind))
     raise TypeError(f"{effect.name} enters in a way that no plant knows: {effect.enters}")

@@ -141,6 +141,18 @@ class SensorDelay(NamedTuple):
     channels: tuple[str, ...]
 
 
+class SensorFilter(NamedTuple):
+    """A sensor behind a filter that follows the first coordinate's speed: its state is an internal coordinate's rate.
+
+    ``follows`` is the state's time derivative: law(speed, state, parameters); nothing acts back on the machine.
+    """
+
+    channel: str
+    law: Callable[..., sp.Expr]  # the reading: law(true reading, speed, state, parameters)
+    coordinate: str
+    follows: Callable[..., sp.Expr]
+
+
 class SensorMap(NamedTuple):
     """A sensor's reading in place of the true one: law(reading, parameters)."""
 
@@ -160,7 +172,7 @@ class Effect:
     parameters: tuple[EffectParameter, ...]
     enters: (
         Force | DryForce | HysteresisForce | Deformation | InternalForce | InternalPlay
-        | InputMap | InputDelay | InputLag | SensorMap | SensorDelay
+        | InputMap | InputDelay | InputLag | SensorMap | SensorDelay | SensorFilter
     )  # fmt: skip
     dissipates: bool = False
     means: str = ""  # consequence for the machine, in a sentence
@@ -207,12 +219,12 @@ class Effect:
     @property
     def releases(self) -> str:
         """Name of the internal coordinate that it releases, or an empty string."""
-        return self.enters.coordinate if isinstance(self.enters, InternalForce | InternalPlay) else ""
+        return self.enters.coordinate if isinstance(self.enters, InternalForce | InternalPlay | SensorFilter) else ""
 
     @property
     def carries(self) -> bool:
         """True where it adds states, which carry over from one fitted segment to the next."""
-        return isinstance(self.enters, HysteresisForce | InternalForce | InternalPlay)
+        return isinstance(self.enters, HysteresisForce | InternalForce | InternalPlay | SensorFilter)
 
     @property
     def input_memory(self) -> float:

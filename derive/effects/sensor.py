@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from derive.effects.row import Effect, EffectParameter, SensorDelay, SensorMap
+from derive.effects.row import Effect, EffectParameter, SensorDelay, SensorFilter, SensorMap, Values
 from derive.lazy import sp
 from derive.plant_signature import GYRO
 
@@ -162,6 +162,39 @@ EFFECT_ROWS = (
         (EffectParameter("bias", "rad/s", letter="b", scope="per log", typical=0.02),),
         SensorMap("dtheta_2", lambda reading, bias: reading + bias),
         means="The gyro reports a turn while the link stands still; anything that integrates it drifts.",
+    ),
+    Effect(
+        "accelerometer_tilt",
+        "sensor",
+        "The pitch is fused with an accelerometer, which takes the robot's own acceleration for tilt.",
+        "measured θp = true − k (θ̇w − y), dy/dt = (θ̇w − y) / T",
+        (
+            EffectParameter("gain", "s", letter="k", typical=0.003),
+            EffectParameter(
+                "time_constant",
+                "s",
+                letter="T",
+                minimum=0.02,
+                maximum=60.0,
+                typical=1.0,
+                absent=1.0,
+                bounded=True,
+                starts=Values((0.3, 1.0, 4.0)),
+            ),
+        ),
+        SensorFilter(
+            "theta_p",
+            lambda reading, speed, state, gain, time_constant: reading - gain * (speed - state),
+            "filtered_speed",
+            lambda speed, state, gain, time_constant: (speed - state) / time_constant,
+        ),
+        means="A complementary filter trusts the gyro for as long as its time constant T: by then the pitch is off in "
+        "proportion to the speed that was gained meanwhile.",
+        law_text="y is the speed of the wheels behind a first-order filter, at rest where the log begins. With an "
+        "accelerometer at the axle k is R/(g T); further up the body it is less.",
+        residual="a pitch that lags behind the integral of the gyro while the robot speeds up, and comes back over T.",
+        resembles="`imu_lag`, `pitch_scale`.",
+        remarks=("`inspect` compares the pitch with the integral of the gyro.",),
     ),
     Effect(
         "imu_lag",

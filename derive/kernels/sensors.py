@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from derive.algebra import jacobian
+from derive.algebra import jacobian, symbols_in
 from derive.functions import symbol
 from derive.kernels.arguments import index_of, nonzero, scalar_sources, sources
 from derive.printing import Kernel, Target, kernel
@@ -25,6 +25,7 @@ class Sensors(NamedTuple):
     ]  # what each output reads of the states while no effect touches the sensors
     range_output: int  # index of the output that must stay within ±π/2, or -1
     unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
+    variables: int  # that readings depend on: the states, and where a sensor's filter is one, those added before it too
 
 
 def sensors_of(model: Model) -> Sensors:
@@ -39,6 +40,7 @@ def sensors_of(model: Model) -> Sensors:
         output_matrix=ideal_output_matrix(model),
         range_output=index_of(outputs, plant.range_channel),
         unmeasured=unmeasured_rates(model),
+        variables=len(read_variables(model)),
     )
 
 
@@ -69,6 +71,13 @@ def unmeasured_rates(model: Model) -> tuple[int, ...]:
     return tuple(count + n for n, c in enumerate(model.plant.coordinates) if c.dq not in read)
 
 
+def read_variables(model: Model) -> tuple[sp.Symbol, ...]:
+    """The states, and the added ones up to the last that a reading depends on."""
+    used = set().union(*map(symbols_in, model.readings))
+    last = max((k + 1 for k, s in enumerate(model.added_states) if s in used), default=0)
+    return (*model.states, *model.added_states[:last])
+
+
 def controlled_kernel(model: Model) -> Kernel:
     """Readings of the controller, in the states; no rate where it reads none."""
     outputs = [c.name for c in model.plant.channels]
@@ -89,6 +98,6 @@ def readings_kernel(model: Model) -> Kernel:
 def output_jacobian_kernel(model: Model) -> Kernel:
     """Derivatives of the readings; zero entries are left out."""
     readings = sp.Matrix(model.readings)
-    by_state = jacobian(readings, model.states)
+    by_state = jacobian(readings, read_variables(model))
     by_parameter = jacobian(readings, [symbol(p.name) for p in model.fitted])
     return kernel(nonzero("by_state", by_state) + nonzero("by_parameter", by_parameter), sources(model))

@@ -188,6 +188,7 @@ def internal_coordinates() -> dict[str, Coordinate]:
         "twist": coordinate("twist", "shaft"),  # of the motor's side of the drive against the wheel
         "creep": coordinate("creep", "contact"),  # of the wheel against the ground: it rolls, less this
         "slosh_angle": coordinate("slosh_angle", "pendulum"),  # of what hangs in the body, against the vertical
+        "filtered_speed": coordinate("followed", "filter"),  # of a sensor's filter: its rate is the speed behind it
     }
 
 
@@ -230,7 +231,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     wheel, pitch, yaw = coordinate("theta_w", "wheel"), coordinate("theta_p", "body"), coordinate("psi", "yaw")
     internal = internal_coordinates()
     moving = [(c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in internal.items()]
-    (twist, dtwist), (creep, _), (slosh, dslosh) = moving
+    (twist, dtwist), (creep, _), (slosh, dslosh), _ = moving
     psi, dpsi = (yaw.q, yaw.dq) if yaws else (sp.Integer(0), sp.Integer(0))
     motion = Motion(wheel.q, wheel.dq, pitch.q, pitch.dq, psi, dpsi, twist, dtwist, creep, slosh, dslosh)
     names = ("v_left", "v_right") if yaws else (INPUT, INPUT)

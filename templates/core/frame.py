@@ -24,6 +24,7 @@ inlined = compiled  # the same, in the text of its callers
 
 NQ, NX, NY, NP = 1, 2, 2, 3  # coordinates; these and their rates; outputs; parameters
 NA, NV, NS = 1, 2, 2  # moving coordinates; variables; these and a lagging input
+NR = 2  # variables that readings depend on
 RATES = (1,)
 FITTED, LINEAR = 3, ("X1", "X2", "X3")
 DELAY, LAG, SENSOR_DELAY, ORIGIN = -1, -1, -1, -1

@@ -7,7 +7,7 @@ input among them, then these: the sources.
 
 import math
 
-from templates.core.frame import NS, NX, NY, SLIP_MATRIX, SURFACES, inlined, internal
+from templates.core.frame import NR, NS, NY, SLIP_MATRIX, SURFACES, inlined, internal
 
 
 @internal
@@ -21,7 +21,7 @@ def _start_filter(sens, spread, by_state, reads, noise, force, force_by, covaria
         covariance[i, i], transition[i, i] = spread[i] ** 2, 1.0
     for j in range(force.size):
         covariance[NS + j, NS + j], transition[NS + j, NS + j] = noise[j, 0] ** 2, 1.0
-        for i in range(NX):
+        for i in range(NR):
             for y in range(NY):
                 covariance[NS + j, NS + j] += noise[j, 2] * (reads[y, j] * by_state[y, i] * spread[i]) ** 2
 
@@ -73,12 +73,12 @@ def _lag_sensors(elapsed, before, sens_before, now, sens, by_state, reads, noise
         share = noise[j, 1] * (1.0 - transition[NS + j, NS + j]) / elapsed
         for v in range(transition.shape[0]):
             moved = 0.0
-            for i in range(NX):
+            for i in range(NR):
                 for y in range(NY):
                     moved += reads[y, j] * by_state[y, i] * (transition[i, v] - (1.0 if i == v else 0.0))
             if v != NS + j:
                 transition[NS + j, v] = -share * moved
-        for i in range(NX):
+        for i in range(NR):
             for y in range(NY):
                 along = share * reads[y, j] * by_state[y, i]
                 force[j] -= along * (now[i] - before[i])
@@ -118,7 +118,7 @@ def _spread(noise, added, covariance, transition, product):
 def _reading_direction(y, by_state, reads, by):
     """Derivatives of a reading in the variables, into by (variables,): in the states, then in the sources."""
     for i in range(by.size):
-        by[i] = by_state[y, i] if i < NX else 0.0 if i < NS else reads[y, i - NS]
+        by[i] = by_state[y, i] if i < NR else 0.0 if i < NS else reads[y, i - NS]
 
 
 @inlined

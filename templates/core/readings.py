@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from templates.core.frame import NX, NY, inlined
+from templates.core.frame import NR, NX, NY, inlined
 
 
 @inlined
@@ -11,7 +11,7 @@ def _reading_jacobian(sens, by_state, by_parameter, columns, rows):
     for y in range(NY):
         for c in range(sens.shape[1]):
             rows[y, c] = by_parameter[y, columns[c - NX]] if c >= NX else 0.0
-        for i in range(NX):
+        for i in range(NR):
             by = by_state[y, i]
             for c in range(sens.shape[1] if by != 0.0 else 0):
                 rows[y, c] += by * sens[i, c]

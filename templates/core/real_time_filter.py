@@ -6,6 +6,7 @@ import numpy as np
 
 from templates.core.frame import (
     FITTED,
+    NR,
     NS,
     NX,
     NY,
@@ -29,7 +30,7 @@ def start_filter(
     Sources (m of them: rms, correlation time, 1 or 0 in noise (m, 3)) and reads (NY, m) are those of filter_error. Written: now (NS,), commands
     (k,), the newest first, sens (NS, NS + rows + n), force (m,), force_by (m, n), covariance (NS + m, NS + m) and rubbing (SURFACES,).
     """
-    by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    by_state, reading_by = np.zeros((NY, NR)), np.zeros((NY, FITTED + 1))
     transition = np.zeros((NS + force.size, NS + force.size))
     _begin(state, voltage, parameters, now, commands)
     for i in range(SURFACES):
@@ -51,25 +52,25 @@ def filter_readings(
     gradient is that of the filter itself.
     """
     n, m, first = columns.size, force.size, sens.shape[1] - columns.size
-    by_state, reading_by, reading, row = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY), np.zeros(n)
-    before, gain, crossed, by = np.zeros(NX), np.zeros(NS + m), np.zeros(NS + m), np.zeros(NS + m)
+    by_state, reading_by, reading, row = np.zeros((NY, NR)), np.zeros((NY, FITTED + 1)), np.zeros(NY), np.zeros(n)
+    before, gain, crossed, by = np.zeros(NR), np.zeros(NS + m), np.zeros(NS + m), np.zeros(NS + m)
     product, crossed_learnt = np.zeros((1, NS + m)), np.zeros(n)
     read_sensors(t, now, parameters, reading)
     _sensor_jacobian(t, now, parameters, by_state, reading_by)
-    for i in range(NX):
+    for i in range(NR):
         before[i] = now[i]  # about which the readings are linear
     for y in range(NY):
         innovation[y], taken[y] = 0.0, 0.0
         if measured[y] - measured[y] != 0.0:  # neither NaN nor infinite
             continue
         error = measured[y] - reading[y]
-        for i in range(NX):
+        for i in range(NR):
             error -= by_state[y, i] * (now[i] - before[i])
         for j in range(m):
             error -= reads[y, j] * force[j]
         for c in range(n):
             row[c] = reading_by[y, columns[c]]
-            for i in range(NX):
+            for i in range(NR):
                 row[c] += by_state[y, i] * sens[i, first + c]
             for j in range(m):
                 row[c] += reads[y, j] * force_by[j, c]

@@ -165,6 +165,7 @@ VANISHING = {
     "payload_step": {"time": 0.1, "ratio": 1e-9},
     "external_push": {"start": 0.1, "end": 0.2, "torque": 1e-9},
     "imu_lag": {"delay": 1e-9},
+    "accelerometer_tilt": {"gain": 1e-9, "time_constant": 1.0},
     "stribeck_drive": {"static": 1e-9, "sliding": 1e-9, "speed": 0.5},
     "presliding_drive": {"torque": 1e-9, "stiffness": 1.0},
     "body_damping": {"coefficient": 1e-9},

@@ -38,6 +38,7 @@ HIDDEN = {
     "presliding_drive": {"torque": 0.3, "stiffness": 20.0},
     "body_damping": {"coefficient": 0.1},
     "imu_lag": {"delay": 0.0043},
+    "accelerometer_tilt": {"gain": 0.01, "time_constant": 1.0},
     "payload_step": {"time": 8.03, "ratio": 0.1},
     "external_push": {"start": 5.03, "end": 5.51, "torque": 0.5},
     "drive_compliance": {"stiffness": 50.0, "damping": 0.1},

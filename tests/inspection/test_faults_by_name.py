@@ -64,6 +64,9 @@ FAULTS = {
     "spikes": lambda: faulty.spiky(faulty.clean(), "theta_p"),
     "lost counts": lambda: faulty.slipped(faulty.clean(), "theta_w"),
     "a pitch that was filtered": lambda: faulty.smoothed(faulty.clean(), "theta_p"),
+    "a pitch fused with an accelerometer": lambda: faulty.simulated(
+        COMMAND, 0, accelerometer_tilt__gain=0.02, accelerometer_tilt__time_constant=1.0
+    ),
     "a gap": lambda: faulty.rows(faulty.clean(), np.abs(faulty.clean().t - 5.75) > 0.75),
     "two recordings in one file": lambda: faulty.joined(faulty.clean().part(0, 9000), faulty.clean(1)),
     "robot on the floor for a while": lambda: faulty.on_the_floor(faulty.clean(), 5, 12),

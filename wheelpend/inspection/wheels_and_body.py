@@ -19,6 +19,7 @@ from wheelpend.inspection.clocks import (
 )
 from wheelpend.inspection.encoder import encoder_findings, evaluate_encoder, find_encoder_reading, is_too_coarse
 from wheelpend.inspection.findings import Finding, LogCorrections
+from wheelpend.inspection.fused_pitch import fused_pitch_findings
 from wheelpend.inspection.kinematics import (
     RatePair,
     find_range_in_degrees,
@@ -62,6 +63,8 @@ def find_faults(log: Log, relative: bool, corrections: LogCorrections) -> list[F
     found, signals = find_flipped_signs(signals, conflict, corrections)
     findings += found
     whole = is_whole(channel_values(log, "theta_w"))
+    wheel = signals.channels["theta_w"] + (signals.channels["theta_p"] if relative else 0.0)
+    findings += fused_pitch_findings(signals, IMU, wheel)
     return findings + find_clocks_and_encoder(signals, relative, whole, corrections)
 
 

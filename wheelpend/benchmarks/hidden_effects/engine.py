@@ -68,7 +68,7 @@ class Robot:
 
     def see(self) -> None:
         """Let the sensors see the motion."""
-        self.sensors.see(self.data.qpos[1] - self.slope, self.data.qvel[1])
+        self.sensors.see(self.data.qpos[1] - self.slope, self.data.qvel[1], self.data.qvel[1] + self.data.qvel[2])
 
     def measured(self, noise: np.ndarray) -> np.ndarray:
         """Readings (theta_w, theta_p, dtheta_p) with the noise of the last two."""

@@ -28,7 +28,8 @@ VOLTAGE_PARAMETERS = (
 )  # fmt: skip
 SENSOR_PARAMETERS = (
     "imu_bias.bias", "gyro_bias.bias", "gyro_scale.scale", "pitch_scale.scale", "imu_lag.delay",
-    "encoder_scale.scale", "encoder_eccentricity.sine", "encoder_eccentricity.cosine",
+    "encoder_scale.scale", "encoder_eccentricity.sine", "encoder_eccentricity.cosine", "accelerometer_tilt.gain",
+    "accelerometer_tilt.time_constant",
 )  # fmt: skip
 
 
@@ -137,10 +138,14 @@ class Sensors:
         self.hide, self.step = hide, step
         self.path = np.zeros((steps + 1, 2))  # pitch and its rate at every step of the engine so far
         self.now = 0
+        self.tilt, self.speed = 0.0, 0.0  # rad, error of the fused pitch; rad/s, of the wheels
 
-    def see(self, pitch: float, rate: float) -> None:
-        """Note the body's motion at a step of the engine."""
+    def see(self, pitch: float, rate: float, speed: float) -> None:
+        """Note the body's motion at a step of the engine, and what the wheels' acceleration does to a fused pitch."""
         self.path[self.now] = pitch, rate
+        fade = np.exp(-self.step / self.hide.get("accelerometer_tilt.time_constant", 1.0))
+        self.tilt = fade * self.tilt - np.sqrt(fade) * self.hide.get("accelerometer_tilt.gain", 0.0) * (speed - self.speed)
+        self.speed = speed
         self.now += 1
 
     def late(self) -> np.ndarray:
@@ -159,6 +164,7 @@ class Sensors:
         pitch, rate = self.late()
         return np.array([
             np.round(turned / quantum) * quantum,
-            (1 + self.hide.get("pitch_scale.scale", 0.0)) * pitch + self.hide.get("imu_bias.bias", 0.0) + noise[0],
+            (1 + self.hide.get("pitch_scale.scale", 0.0)) * pitch
+            + self.hide.get("imu_bias.bias", 0.0) + self.tilt + noise[0],
             (1 + self.hide.get("gyro_scale.scale", 0.0)) * rate + self.hide.get("gyro_bias.bias", 0.0) + noise[1],
         ])  # fmt: skip
