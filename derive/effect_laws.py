@@ -145,7 +145,7 @@ def sensor_maps(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[sp.Expr, ...]
 
 
 def filter_rows(plant: Plant, chosen: tuple[Effect, ...]) -> dict[int, sp.Expr]:
-    """The row of each internal coordinate whose rate is a sensor's filter, by its place among the moving coordinates."""
+    """The row of each internal coordinate whose rate is a sensor's filter, by its place among those that move."""
     found = {}
     for effect in chosen:
         if isinstance(effect.enters, SensorFilter):

@@ -8,7 +8,6 @@ from templates.core.frame import (
     FITTED,
     NR,
     NS,
-    NX,
     NY,
     SURFACES,
     _sensor_jacobian,

@@ -1,4 +1,4 @@
-"""A sensor's filter is a state: what it makes of a reading against its own differential equation, and its derivatives."""
+"""A sensor's filter is a state: what it makes of a reading, and its derivatives."""
 
 import numpy as np
 import pytest

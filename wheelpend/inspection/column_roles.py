@@ -31,7 +31,7 @@ from wheelpend.inspection.file_values import MAX_STEP_SHARE
 from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
 from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals
-from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
+from wheelpend.inspection.unnamed_columns import is_battery, nameless_command, unnamed_command
 from wheelpend.logs.checks import starts_at_rest
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
@@ -117,6 +117,10 @@ def unnamed_roles(
         command := unnamed_command([n for n in open_names if n not in turning], values, sensors=free)
     ):
         found[command] = ("input", "")
+    elif not any(r == "input" for r, _ in roles.values()):
+        unknown = [n for n in open_names if n.startswith(NAMELESS_PREFIX)]
+        able = [n for n in unknown if n not in turning and n not in references_among(unknown, values)]
+        found |= dict.fromkeys(filter(None, [nameless_command(able, values, unknown)]), ("input", ""))
     inputs = [n for n, (role, _) in (roles | found).items() if role == "input"]
     duties = [n for n in inputs if full_scale(n, values[n][np.isfinite(values[n])]) and not states_volts(n)]
     if duties:

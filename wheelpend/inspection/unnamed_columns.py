@@ -28,6 +28,8 @@ MIN_COMMAND_ROUGHNESS = 0.5  # counts of white scatter, which an encoder's round
 MIN_ROUGH_SHARE = 0.02  # of its range, that a command scatters from sample to sample
 MIN_PREDICTION_GAIN = 0.1  # of what a sensor's past leaves of its next step, that a command explains
 CHANCE_OF_TRIALS = 21.0  # χ² of three coefficients that the best of a hundred columns and strides passes in 1 %
+MIN_HELD_ROWS, MIN_FIRST_SHARE = 5, 0.1  # rows; of its range, that a command goes before anything moves
+MAX_LEVELS = 8  # of a command that jumps between a few values, as no position does
 MIN_GAIN_ROWS = 60  # steps of a sensor from which that is judged
 STEP_STRIDES = (1, 3, 10)  # samples in such a step
 MIN_BATTERY_V, MAX_BATTERY_V = 3.0, 60.0
@@ -57,6 +59,28 @@ def may_be_command(name: str, values: np.ndarray) -> bool:
         return True
     near = 0.0 < limit <= MAX_EASY_LIMIT and peak > MIN_LIMIT_SHARE * limit
     return near and difference_noise(known) > max(MIN_COMMAND_ROUGHNESS, MIN_ROUGH_SHARE * float(np.ptp(known)))
+
+
+def nameless_command(names: Sequence[str], values: Mapping[str, np.ndarray], sensors: Sequence[str]) -> str:
+    """The column among those named of a file without a header that commands the ``sensors``, in any unit; nothing where none surely does.
+
+    It tells better how another one moves next than that one tells of it, and goes between few levels or sets out while
+    the other stands still: what swings together moves together.
+    """
+    for name in names:
+        own, levels = values[name], len(np.unique(values[name][np.isfinite(values[name])]))
+        for other in (values[n] for n in sensors if n != name):
+            gain = prediction_gain(own, other)
+            leads = levels <= MAX_LEVELS or sets_out_first(own, other)
+            if gain > MIN_PREDICTION_GAIN and leads and prediction_gain(other, own) < gain:
+                return name
+    return ""
+
+
+def sets_out_first(command: np.ndarray, sensor: np.ndarray) -> bool:
+    """True of a column (N,) that changes while another, as the log begins, still holds one value."""
+    held = int(np.argmax(sensor != sensor[0])) if np.any(sensor != sensor[0]) else 0
+    return held >= MIN_HELD_ROWS and np.ptp(command[:held]) > MIN_FIRST_SHARE * np.ptp(command)
 
 
 def prediction_gain(command: np.ndarray, sensor: np.ndarray) -> float:

@@ -144,7 +144,9 @@ class Sensors:
         """Note the body's motion at a step of the engine, and what the wheels' acceleration does to a fused pitch."""
         self.path[self.now] = pitch, rate
         fade = np.exp(-self.step / self.hide.get("accelerometer_tilt.time_constant", 1.0))
-        self.tilt = fade * self.tilt - np.sqrt(fade) * self.hide.get("accelerometer_tilt.gain", 0.0) * (speed - self.speed)
+        self.tilt = fade * self.tilt - np.sqrt(fade) * self.hide.get("accelerometer_tilt.gain", 0.0) * (
+            speed - self.speed
+        )
         self.speed = speed
         self.now += 1
 
