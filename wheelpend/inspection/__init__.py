@@ -19,7 +19,7 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - equations: faults that the equations of motion show on any machine with one input: signs, input at another time;
   first_motion: which way one with one place sets out from rest
 - wheels_and_body: the same of a body on wheels, with its IMU; `encoder` what its encoder reads, and in which unit;
-  `voltage` its equations with unknown parameters
+  `voltage` its equations with unknown parameters, `fused_pitch` a pitch that takes the robot's acceleration for tilt
 - sampling: rows dropped or timed anew, clocks that jitter; raw_units: a duty instead of a voltage, a command
   without its direction
 - clocks: findings on delays between input and sensors

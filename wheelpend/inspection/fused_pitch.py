@@ -1,7 +1,7 @@
 """A pitch that was fused from a gyro and an accelerometer, which takes the machine's own acceleration for tilt.
 
-What a complementary filter of the time constant T reports is off by -k (v - y), dy/dt = (v - y) / T, where v is the speed
-of the wheels and k = R/(g T) with an accelerometer at the axle: the integral of the gyro shows it without a model.
+What a complementary filter of the time constant T reports is off by -k (v - y), dy/dt = (v - y) / T, where v is the
+speed of the wheels and k = R/(g T) with an accelerometer at the axle: the integral of the gyro shows it.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ TIME_CONSTANTS_S = np.geomspace(0.2, 8.0, 16)  # of the filters tried
 MIN_EXPLAINED_SHARE = 0.6  # of what the pitch is off the integral of the gyro, by drift and start apart, in each half
 MIN_ERROR_SIGMAS = 2.0  # of the pitch's scatter from sample to sample, rms
 LEVER_RANGE_M = (0.003, 1.0)  # k g T: an accelerometer's height above the ground, as far as it counts
-GRAVITY = 9.81
+STANDARD_GRAVITY = 9.81
 MAX_GAIN_RATIO = 1.5  # of the gain of one half of a log to that of the other
-EFFECT = "accelerometer_tilt"
+TILT_EFFECT = "accelerometer_tilt"
 
 
 def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) -> list[Finding]:
@@ -36,17 +36,18 @@ def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) ->
     noise = float(np.std(np.diff(pitch, 2)) / np.sqrt(6.0))
     is_seen = min(share, *(h[0] for h in halves)) > MIN_EXPLAINED_SHARE and error > MIN_ERROR_SIGMAS * noise
     is_alike = gains[0] > 0.0 and gains[1] < MAX_GAIN_RATIO * gains[0]
-    if not (is_seen and is_alike and LEVER_RANGE_M[0] < gain * GRAVITY * T < LEVER_RANGE_M[1]):
+    if not (is_seen and is_alike and LEVER_RANGE_M[0] < gain * STANDARD_GRAVITY * T < LEVER_RANGE_M[1]):
         return []
     sentence = (
-        f"{pair.angle} is off the integral of {pair.rate} by {1e3 * error:.2g} mrad rms, as the speed goes that the wheels "
-        f"gain within about {T:.2g} s: it is fused with an accelerometer, which takes the robot's acceleration for tilt."
+        f"{pair.angle} is off the integral of {pair.rate} by {1e3 * error:.2g} mrad rms, as the speed goes that the "
+        f"wheels gain within about {T:.2g} s: it is fused with an accelerometer, which takes the robot's acceleration "
+        "for tilt."
     )
     cure = (
-        f"Nothing in [columns] cures it: the effect {EFFECT} has it in the model, and `explain` tries it. Or log an angle "
-        "that the accelerometer hardly corrects."
+        f"Nothing in [columns] cures it: the effect {TILT_EFFECT} has it in the model, and `explain` tries it. Or log an "
+        "angle that the accelerometer hardly corrects."
     )
-    return [Finding("fused_pitch", pair.angle, sentence, cure, float(error), effect=EFFECT)]
+    return [Finding("fused_pitch", pair.angle, sentence, cure, float(error), effect=TILT_EFFECT)]
 
 
 def _halves(samples: int) -> tuple[slice, slice]:
@@ -54,7 +55,7 @@ def _halves(samples: int) -> tuple[slice, slice]:
 
 
 def _fit(off: np.ndarray, speed: np.ndarray, dt: float, T: float) -> tuple[float, float, float]:
-    """Share of an error (N,) that the speed (N,) gained within T [s] explains, its gain [s], and what that makes of it, rms.
+    """Share of an error (N,) that the speed (N,) gained within T [s] explains, its gain [s], and what it makes, rms.
 
     Beside a constant, a drift, and what is left of how the filter began, which may be anything.
     """

@@ -62,7 +62,7 @@ def may_be_command(name: str, values: np.ndarray) -> bool:
 
 
 def nameless_command(names: Sequence[str], values: Mapping[str, np.ndarray], sensors: Sequence[str]) -> str:
-    """The column among those named of a file without a header that commands the ``sensors``, in any unit; nothing where none surely does.
+    """The column among those named, of a file without a header, that commands the ``sensors``; nothing where none does.
 
     It tells better how another one moves next than that one tells of it, and goes between few levels or sets out while
     the other stands still: what swings together moves together.
