@@ -44,8 +44,8 @@ def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) ->
         "for tilt."
     )
     cure = (
-        f"Nothing in [columns] cures it: the effect {TILT_EFFECT} has it in the model, and `explain` tries it. Or log an "
-        "angle that the accelerometer hardly corrects."
+        f"Nothing in [columns] cures it: the effect {TILT_EFFECT} has it in the model, and `explain` tries it. Or log "
+        "an angle that the accelerometer hardly corrects."
     )
     return [Finding("fused_pitch", pair.angle, sentence, cure, float(error), effect=TILT_EFFECT)]
 
