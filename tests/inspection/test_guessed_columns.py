@@ -185,3 +185,40 @@ def test_words_that_only_begin_alike_are_neither_times_nor_inputs(name, tmp_path
     columns = {name: 20.0 + 0.01 * np.arange(900) + 0.3 * np.sin(np.arange(900)), **columns}
     roles = {c.name: c.role for c in survey_file(write_csv(tmp_path / "warm.csv", columns)).columns}
     assert roles["time"] == "time" and roles[name] not in ("time", "input")
+
+
+def square_wave_axis(rows: int = 450) -> tuple[np.ndarray, ...]:
+    """Time, a command of four levels and the way of a carriage with friction that it pushes, a pixel of noise on it."""
+    t, rng = 0.0067 * np.arange(rows), np.random.default_rng(1)
+    command = np.where((t % 0.5) < 0.25, 4.0, -4.0)
+    speed, way = 0.0, np.zeros(rows)
+    for k in range(1, rows):
+        push = command[k - 1] - 0.6 * np.sign(speed)
+        speed += 0.0067 * push / 1.9
+        way[k] = way[k - 1] + 0.0067 * speed
+    return t, command, 0.3 + way + rng.normal(size=rows, scale=5e-5)
+
+
+def test_a_column_without_a_name_that_goes_between_few_levels_is_the_command(tmp_path):
+    t, command, way = square_wave_axis()
+    speed = np.gradient(way, t)
+    for columns in ((t, command, way), (t, command, way, speed), (t, way, command)):
+        path = tmp_path / "log.csv"
+        np.savetxt(path, np.column_stack(columns), delimiter=",", fmt="%.6f")
+        found = survey_file(path)
+        assert found.of_role("input") == [f"column {2 if columns[1] is command else 3}"]
+
+
+def test_what_moves_while_all_else_stands_still_is_the_command_and_two_links_command_each_other(tmp_path):
+    t = 0.01 * np.arange(500)
+    command, speed, way = np.sin(2 * np.pi * t + 2.0 * t**2), 0.0, np.zeros(500)
+    for k in range(1, 500):
+        pushed = command[k - 11] if k > 10 else 0.0
+        speed += 0.01 * (8.0 * pushed - 20.0 * speed)
+        way[k] = way[k - 1] + 0.01 * speed
+    path = tmp_path / "log.csv"
+    np.savetxt(path, np.column_stack([t, command, np.round(way, 3)]), delimiter=",", fmt="%.6f")
+    assert survey_file(path).of_role("input") == ["column 2"]
+    rng, both = np.random.default_rng(0), np.column_stack([np.cos(3 * t) + 0.4 * np.cos(7.1 * t), np.cos(3 * t + 0.2)])
+    np.savetxt(path, np.column_stack([t, both + rng.normal(size=both.shape, scale=1e-3)]), delimiter=",", fmt="%.6f")
+    assert survey_file(path).of_role("input") == []

@@ -234,3 +234,14 @@ def test_every_form_of_a_table_takes_an_entry_and_gives_it_back(text, place):
     back = parse_toml(with_entry(written, place, None))
     assert back.get("columns", {}).get("a", {}) == there.get("columns", {}).get("a", {})
     assert place[-1] not in back.get(place[0], {}).get(place[1], {}) if len(place) == 3 else back.get("constants") == {}
+
+
+@pytest.mark.parametrize("entry", ['theta_p = { column = "theta_p" }', ""], ids=["an entry of its own name", "none"])
+def test_a_stated_noise_follows_a_unit_whether_its_column_has_an_entry_or_not(tmp_path, monkeypatch, entry):
+    monkeypatch.chdir(tmp_path)
+    text = f'plant = "wheel_pendulum"\n[sensors]\npitch_noise = 0.1\n[columns]\n{entry}\n'
+    workspace.create(tmp_path, text=text)
+    run("set", "columns.theta_p.unit=deg")
+    assert Model.open(tmp_path).sensors.of_plant["pitch_noise"] == pytest.approx(0.00174533, rel=1e-5)
+    run("set", "columns.theta_p=")  # all of it taken out: rad again
+    assert Model.open(tmp_path).sensors.of_plant["pitch_noise"] == pytest.approx(0.1, rel=1e-5)

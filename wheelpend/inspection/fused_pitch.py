@@ -23,8 +23,11 @@ MAX_GAIN_RATIO = 1.5  # of the gain of one half of a log to that of the other
 TILT_EFFECT = "accelerometer_tilt"
 
 
-def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) -> list[Finding]:
-    """The finding on a pitch that follows the speed gained by the wheel, whose angle (N,) is against the ground."""
+def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) -> tuple[list[Finding], Signals]:
+    """The finding on a pitch that follows the speed gained by the wheel, whose angle (N,) is against the ground.
+
+    And the signals without that error, in which other faults are looked for.
+    """
     pitch, rate = signals.channels[pair.angle], signals.channels[pair.rate]
     off = pitch - cumulative_trapezoid(rate, dx=signals.dt, initial=0.0)
     angles = signals._replace(channels={"wheel": wheel})
@@ -37,7 +40,7 @@ def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) ->
     is_seen = min(share, *(h[0] for h in halves)) > MIN_EXPLAINED_SHARE and error > MIN_ERROR_SIGMAS * noise
     is_alike = gains[0] > 0.0 and gains[1] < MAX_GAIN_RATIO * gains[0]
     if not (is_seen and is_alike and LEVER_RANGE_M[0] < gain * STANDARD_GRAVITY * T < LEVER_RANGE_M[1]):
-        return []
+        return [], signals
     sentence = (
         f"{pair.angle} is off the integral of {pair.rate} by {1e3 * error:.2g} mrad rms, as the speed goes that the "
         f"wheels gain within about {T:.2g} s: it is fused with an accelerometer, which takes the robot's acceleration "
@@ -47,7 +50,16 @@ def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) ->
         f"Nothing in [columns] cures it: the effect {TILT_EFFECT} has it in the model, and `explain` tries it. Or log "
         "an angle that the accelerometer hardly corrects."
     )
-    return [Finding("fused_pitch", pair.angle, sentence, cure, float(error), effect=TILT_EFFECT)]
+    cured = {**signals.channels, pair.angle: pitch + gain * _gained(speed, signals.dt, T)}
+    finding = Finding("fused_pitch", pair.angle, sentence, cure, float(error), effect=TILT_EFFECT)
+    return [finding], signals._replace(channels=cured)
+
+
+def _gained(speed: np.ndarray, dt: float, T: float) -> np.ndarray:
+    """The speed (N,) that was gained within about T [s]: without what a first-order filter follows."""
+    decay = np.exp(-dt / T)
+    behind, _ = lfilter([1.0 - decay], [1.0, -decay], speed, zi=[decay * speed[0]])
+    return speed - behind
 
 
 def _halves(samples: int) -> tuple[slice, slice]:
@@ -59,9 +71,7 @@ def _fit(off: np.ndarray, speed: np.ndarray, dt: float, T: float) -> tuple[float
 
     Beside a constant, a drift, and what is left of how the filter began, which may be anything.
     """
-    decay, t = np.exp(-dt / T), dt * np.arange(len(off))
-    behind, _ = lfilter([1.0 - decay], [1.0, -decay], speed, zi=[decay * speed[0]])
-    gained = speed - behind
+    t, gained = dt * np.arange(len(off)), _gained(speed, dt, T)
     others = np.column_stack([np.ones(len(t)), t, np.exp(-t / T)])
     basis, _ = np.linalg.qr(others)
     left, moved = (v - basis @ (basis.T @ v) for v in (off, gained))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -134,8 +134,11 @@ def untested_faults(log: Log, table: ColumnTable, module: KernelModule | None) -
 
 
 def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None = None) -> Inspection:
-    """Inspect a log of a model's plant and sensors; ``guessed`` are columns that the model does not map."""
-    return inspect_log(
+    """Inspect a log of a model's plant and sensors; ``guessed`` are columns that the model does not map.
+
+    What an effect of the model accounts for is no finding.
+    """
+    found = inspect_log(
         log,
         relative=model.assumptions.get("encoder") == "relative",
         noise=noise_of(without_outliers(log, outliers_of(log, model.table)), model),
@@ -145,6 +148,7 @@ def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] |
         module=bare_module(model),
         second_encoder=model.assumptions.get("second_encoder", "") if model.assumptions.get("links") == 2 else "",
     )
+    return replace(found, findings=tuple(f for f in found.findings if f.effect not in model.effects))
 
 
 def bare_module(model: Model) -> KernelModule | None:

@@ -64,8 +64,8 @@ def find_faults(log: Log, relative: bool, corrections: LogCorrections) -> list[F
     findings += found
     whole = is_whole(channel_values(log, "theta_w"))
     wheel = signals.channels["theta_w"] + (signals.channels["theta_p"] if relative else 0.0)
-    findings += fused_pitch_findings(signals, IMU, wheel)
-    return findings + find_clocks_and_encoder(signals, relative, whole, corrections)
+    found, signals = fused_pitch_findings(signals, IMU, wheel)
+    return findings + found + find_clocks_and_encoder(signals, relative, whole, corrections)
 
 
 def find_flipped_signs(signals: Signals, conflict: bool, corrections: LogCorrections) -> tuple[list[Finding], Signals]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from wheelpend.errors import Failure, did_you_mean
-from wheelpend.logs.columns import unit_conversion
+from wheelpend.logs.columns import ColumnMap, unit_conversion
 from wheelpend.logs.units import UNIT_CONVERSIONS
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import parse_toml
@@ -187,10 +187,13 @@ def _changed_scales(model: Model, settings: Sequence[Setting]) -> dict[str, floa
     for setting in settings:
         if setting.place[0] == "columns" and len(setting.place) == 3:
             changes.setdefault(setting.place[1], {})[setting.place[2]] = setting.value
+        elif setting.place[0] == "columns" and len(setting.place) == 2 and setting.value is None:
+            name = setting.place[1]  # without an entry a column of the quantity's own name is read, in its own unit
+            changes[name] = {"column": name, "unit": "", "scale": None}
     found: dict[str, float | None] = {}
     for name, changed in changes.items():
-        before = model.columns.get(name)
-        if before is None or name not in model.table.channels or changed.get("column", before.column) != before.column:
+        before = model.columns.get(name, ColumnMap(name))
+        if name not in model.table.channels or changed.get("column", before.column) != before.column:
             continue
         scale = changed.get("scale", before.scale)
         old = _factor(model, name, before.unit, before.scale)
