@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 from scipy import signal, special
 
-from tests.plants.machines import model_text
-from wheelpend import Model, simulate
 from wheelpend.estimation import ripple_search
-from wheelpend.estimation.data import prepare
-from wheelpend.estimation.fit import Fit
 
 
 @pytest.mark.parametrize("count", [1, 4])
@@ -107,16 +103,3 @@ def test_a_port_that_turns_too_far_between_samples_shows_no_ripple(monkeypatch):
     monkeypatch.setattr(ripple_search, "ripple_residual", lambda *asked: fast)
     problem = SimpleNamespace(data=SimpleNamespace(estimation=[None]))
     assert ripple_search.strongest_ripple(problem, None, "drive", 0.01) == (1.0, 1)
-
-
-def test_a_friction_that_the_fit_has_hides_no_ripple():
-    """A shaft with both, of which the filtered equations without friction lead to another period."""
-    hide = {"coulomb_drive.torque": 0.4, "cogging.sine": 0.15, "cogging.cosine": 0.0, "cogging.periods": 14.0}
-    model = Model.parse(model_text("shaft"))
-    log = simulate(model, duration=12.0, sample=0.005, hide=hide, seed=1)
-    problem, values = prepare(model, [log]), {"X1": 0.005, "X2": 0.05}
-    with_it = Fit.at({**values, "coulomb_drive.torque": 0.4})
-    found, _ = ripple_search.strongest_ripple(problem, with_it, "drive", 0.03)
-    assert found == pytest.approx(14.0, abs=0.6)  # a step of the grid
-    without, _ = ripple_search.strongest_ripple(problem, Fit.at(values), "drive", 0.03)
-    assert abs(without - 14.0) > 1.0
