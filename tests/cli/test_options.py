@@ -126,6 +126,16 @@ def test_an_explanation_that_is_saved_lists_its_steps_in_the_history(workspace, 
     run("generate", "--check")
 
 
+def test_logs_are_recorded_as_typed_in_the_workspace_and_whole_from_elsewhere(tmp_path, monkeypatch):
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    model = SimpleNamespace(workspace=tmp_path / "robot")
+    monkeypatch.chdir(tmp_path / "robot")
+    assert change.recorded(model, [Path("a.csv")]) == (Path("a.csv"),)
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert change.recorded(model, [Path("a.csv")]) == (tmp_path / "elsewhere" / "a.csv",)
+
+
 def test_a_change_is_in_the_history_with_its_logs_and_errors():
     step = SimpleNamespace(error_before=2.0, error_after=float("inf"))
     fitted = Model.default().with_fit({"X1": (0.04, 0.001)})

@@ -67,7 +67,8 @@ def earlier_rungs(changes: Sequence[EarlierChange]) -> list[Rung]:
     rungs = [Rung("earlier", c.label, c.after, said=_when_text(c)) for c in changes]
     first = next((k for k, c in enumerate(changes) if isfinite(c.before)), None)
     if first is not None:
-        rungs.insert(first, Rung("earlier", "first model", changes[first].before, said=_when_text(changes[first])))
+        label = "first model" if first == 0 else "as it was then"
+        rungs.insert(first, Rung("earlier", label, changes[first].before, said=_when_text(changes[first])))
     return rungs
 
 
