@@ -39,7 +39,10 @@ from wheelpend.logs.units import UNIT_CONVERSIONS, speed_unit, stated_unit
 from wheelpend.model.toml_file import GUESS_MARK, UNKNOWN_MARK
 
 SUMMED_REASON = "a speed, which is summed over time, as no column is a place"
-UNKNOWN_SPEED_UNIT = "; its unit is not said: put scale = 0.0174533 for deg/s, 0.10472 for rpm, rad being the place's"
+UNKNOWN_SPEED_UNIT = {  # by that of the place
+    "rad": "; its unit is not said: put scale = 0.0174533 for deg/s, 0.10472 for rpm",
+    "m": "; its unit is not said: put scale = 0.001 for mm/s, or the radius of a wheel in m that turns by it in rad/s",
+}
 PLACE_LETTERS = ("x", "y", "q", "pos")  # names that a place has most often
 UNNAMED_COLUMN = "?"  # stands for a column that its user must name
 COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
@@ -109,7 +112,8 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
         sentences.append(guess_sentence("t", survey.clock.column, reason))
     if SUMMED_PLACE in best.columns.values():
         maps |= (speeds := summed_speed(survey, best, maps))
-        reasons |= dict.fromkeys(speeds, SUMMED_REASON + ("" if stated_unit(survey.speed) else UNKNOWN_SPEED_UNIT))
+        untold_unit = "" if stated_unit(survey.speed) else UNKNOWN_SPEED_UNIT[best.table.units[next(iter(speeds))]]
+        reasons |= dict.fromkeys(speeds, SUMMED_REASON + untold_unit)
         sentences.append(f"Nothing in {survey.file} is a place: {survey.speed}, a speed, is summed over time.")
     maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
     text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})

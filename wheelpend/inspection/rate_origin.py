@@ -39,7 +39,7 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     slope = np.diff(angle[good]) / np.diff(t[good])
     errors, own = (v - gaussian_smoothed(v, ERROR_SMOOTHING_SAMPLES) for v in (slope, rate[good][1:]))
     shared = 1.0 - unfiltered_share(errors, own, taps)
-    gives = f"A filter of the angle gives {100 * shared:.0f} % of its scatter from sample to sample"
+    gives = f"A filter of the place gives {100 * shared:.0f} % of its scatter from sample to sample"
     if has_own_noise(slope, rate[good], taps):
         return f"{gives}, motion included, and nothing of its white noise: a sensor of its own."
     quantum = find_quantum(angle) or float(is_whole(angle))
