@@ -169,7 +169,7 @@ EFFECT_ROWS = (
         "The pitch is fused with an accelerometer, which takes the robot's own acceleration for tilt.",
         "measured θp = true − k (θ̇w − y), dy/dt = (θ̇w − y) / T",
         (
-            EffectParameter("gain", "s", letter="k", typical=0.003),
+            EffectParameter("gain", "s", letter="k", minimum=0.0, typical=0.003),
             EffectParameter(
                 "time_constant",
                 "s",
