@@ -15,7 +15,7 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.starts import best_start
 
 STIFFNESS, DAMPING = 60.0, 0.3  # V/rad, V s/rad
-INSIDE = {"drive_compliance", "slosh", "wheel_slip"}
+INSIDE = {"accelerometer_tilt", "drive_compliance", "slosh", "wheel_slip"}
 
 
 @pytest.fixture(scope="module")
