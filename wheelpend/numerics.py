@@ -52,3 +52,10 @@ def gaussian_smoothed(signal: np.ndarray, width: float) -> np.ndarray:
 def last_true(flags: np.ndarray) -> np.ndarray:
     """Places (N,) of the last of flags (N,) that is true up to each; −1 before the first."""
     return np.maximum.accumulate(np.where(flags, np.arange(len(flags)), -1))
+
+
+def first_order_lag(signal: np.ndarray, decay: float) -> np.ndarray:
+    """A signal (N,) behind a first-order lag with its decay over a sample, at rest in its first value."""
+    from scipy.signal import lfilter  # imported late: scipy.signal takes longer to load than most commands
+
+    return lfilter([1.0 - decay], [1.0, -decay], signal, zi=[decay * signal[0]])[0]

@@ -154,6 +154,6 @@ def test_no_record_is_advised_that_cannot_tell_twins_apart(rivals, words):
         TWINS={"voltage_offset": ("coulomb_asymmetry",)}, RANGE_OUTPUT=-1, INPUTS=("v_in",), INPUT="v_in", PARAMETERS=()
     )
     first = SimpleNamespace(effect="voltage_offset", equivalent_to=rivals)
-    said = advice(SimpleNamespace(module=module), first)
+    said = advice(SimpleNamespace(module=module, knows=lambda effect: False), first)
     assert words in said
     assert ("No log of this plant tells voltage_offset from coulomb_asymmetry" in said) is ("coulomb" in rivals[0])

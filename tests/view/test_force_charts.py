@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from wheelpend.view.force_charts import MAP_BINS, Force, binned, over_pair, over_time, over_variable
+from wheelpend.reports.page.binning import bin_means, quantile_bins
+from wheelpend.view.force_charts import MAP_BINS, Force, over_pair, over_time, over_variable
 
 
 @pytest.fixture
@@ -21,6 +22,10 @@ def force():
         "units": {"speed": "rad/s", "angle": "rad"},
     }
     return Force.of(told, 0, "V")
+
+
+def binned(x, y):
+    return bin_means(x, y, quantile_bins(x)).T
 
 
 def named(figure):

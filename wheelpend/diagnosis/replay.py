@@ -65,8 +65,8 @@ def replay_closed_loop(
 def replayed_together(replays: Iterable[ClosedLoopReplay | None]) -> ClosedLoopReplay | None:
     """The difference over the samples of several logs together; diverged where one did, None where none was played."""
     found = [r for r in replays if r]
-    if not found or (lost := next((r for r in found if r.diverged), None)):
-        return lost if found else None
+    if not found or any(r.diverged for r in found):
+        return next((r for r in found if r.diverged), None)
     weights = np.array([r.samples for r in found], dtype=float)
     channels = {n: np.array([r.rmse[n] for r in found]) for n in found[0].rmse}
     return ClosedLoopReplay(

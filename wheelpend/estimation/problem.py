@@ -62,6 +62,10 @@ class EstimationProblem:
         """A row of the library as it reads on this plant."""
         return derive.effects.in_plant_units(derive.effects.find(name), self.plant)
 
+    def knows(self, effect: str) -> bool:
+        """True of an effect that is in these kernels: of one by which something moves inside others are made."""
+        return {*derive.effects.find(effect).full_names} <= {*self.module.PARAMETERS}
+
     def port_weights(self, port: str) -> np.ndarray:
         """A port's coordinate as weights (NQ,) on the generalised coordinates."""
         return np.array(self.plant.port(port).weights)

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-import derive
 from derive.plant_signature import Reversal
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
 from wheelpend.diagnosis.evidence import CandidateFit
@@ -35,9 +34,9 @@ def advice(problem: EstimationProblem, first: CandidateFit, others: Sequence[Can
 
     ``others`` are the refits of other candidates, from which profiled parameters are taken.
     """
-    rehearsed = tuple(e for e in first.equivalent_to if _is_known_to_kernels(problem, e))
+    rehearsed = tuple(e for e in first.equivalent_to if problem.knows(e))
     upright = problem.module.RANGE_OUTPUT >= 0 and len(problem.module.INPUTS) == 1
-    if not (upright and rehearsed and _is_known_to_kernels(problem, first.effect)):
+    if not (upright and rehearsed and problem.knows(first.effect)):
         return _advice_without_simulation(problem, first)
     if left := [e for e in first.equivalent_to if e not in rehearsed]:
         text = advice(problem, replace(first, equivalent_to=rehearsed), others)
@@ -53,11 +52,6 @@ def advice(problem: EstimationProblem, first: CandidateFit, others: Sequence[Can
         logs = ", ".join(p.log.name for p in problem.data.estimation)
         return f"More than three other effects fit {logs} as well, because it moves too little to tell. {text}"
     return text
-
-
-def _is_known_to_kernels(problem: EstimationProblem, effect: str) -> bool:
-    """True of an effect that needs no kernels of its own: nothing moves inside the machine by it."""
-    return {*derive.effects.find(effect).full_names} <= {*problem.module.PARAMETERS}
 
 
 def _advice_without_simulation(problem: EstimationProblem, first: CandidateFit) -> str:

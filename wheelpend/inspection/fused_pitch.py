@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
-from scipy.signal import lfilter
 
+from derive.plants.wheel_pendulum import KNOWN_CONSTANTS
 from wheelpend.inspection.findings import Finding
 from wheelpend.inspection.kinematics import RatePair
 from wheelpend.inspection.signals import Signals
+from wheelpend.logs.white_noise import difference_noise
+from wheelpend.numerics import first_order_lag
 
 TIME_CONSTANTS_S = np.geomspace(0.2, 8.0, 16)  # of the filters tried
 MIN_EXPLAINED_SHARE = 0.6  # of what the pitch is off the integral of the gyro, by drift and start apart, in each half
 MIN_ERROR_SIGMAS = 2.0  # of the pitch's scatter from sample to sample, rms
 LEVER_RANGE_M = (0.003, 1.0)  # k g T: an accelerometer's height above the ground, as far as it counts
-STANDARD_GRAVITY = 9.81
 MAX_GAIN_RATIO = 1.5  # of the gain of one half of a log to that of the other
 TILT_EFFECT = "accelerometer_tilt"
 
@@ -36,10 +37,10 @@ def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) ->
     share, gain, error, T = max(tried, key=lambda found: found[0])
     halves = [_fit(off[part], speed[part], signals.dt, T) for part in _halves(len(off))]
     gains = sorted(h[1] for h in halves)
-    noise = float(np.std(np.diff(pitch, 2)) / np.sqrt(6.0))
-    is_seen = min(share, *(h[0] for h in halves)) > MIN_EXPLAINED_SHARE and error > MIN_ERROR_SIGMAS * noise
+    is_large = error > MIN_ERROR_SIGMAS * difference_noise(pitch)
+    is_seen = is_large and min(share, *(h[0] for h in halves)) > MIN_EXPLAINED_SHARE
     is_alike = gains[0] > 0.0 and gains[1] < MAX_GAIN_RATIO * gains[0]
-    if not (is_seen and is_alike and LEVER_RANGE_M[0] < gain * STANDARD_GRAVITY * T < LEVER_RANGE_M[1]):
+    if not (is_seen and is_alike and LEVER_RANGE_M[0] < gain * KNOWN_CONSTANTS["g"] * T < LEVER_RANGE_M[1]):
         return [], signals
     sentence = (
         f"{pair.angle} is off the integral of {pair.rate} by {1e3 * error:.2g} mrad rms, as the speed goes that the "
@@ -57,9 +58,7 @@ def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) ->
 
 def _gained(speed: np.ndarray, dt: float, T: float) -> np.ndarray:
     """The speed (N,) that was gained within about T [s]: without what a first-order filter follows."""
-    decay = np.exp(-dt / T)
-    behind, _ = lfilter([1.0 - decay], [1.0, -decay], speed, zi=[decay * speed[0]])
-    return speed - behind
+    return speed - first_order_lag(speed, float(np.exp(-dt / T)))
 
 
 def _halves(samples: int) -> tuple[slice, slice]:

@@ -11,6 +11,7 @@ from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.signals import channel_values, is_whole, share_in_common
 from wheelpend.logs.columns import ColumnMap, ColumnTable
 from wheelpend.logs.log import Log
+from wheelpend.numerics import first_order_lag
 
 PWM_LIMITS = (100, 127, 255, 400, 500, 1000, 1023, 2047, 4095, 8191, 10000, 32767)  # full scale of common timers
 MIN_REACHED_SHARE = 0.9  # of a full scale that a command reaches where nothing clips it before
@@ -103,11 +104,9 @@ def level_share(command: np.ndarray, values: np.ndarray) -> float:
     A motor's speed follows its voltage so, and a place does not. 0 of a signal of too few samples, and of one that the
     way which is gone at such levels explains better: over a short log a place may look like a slow speed.
     """
-    from scipy.signal import lfilter  # imported late: scipy.signal takes longer to load than most commands
-
     lags = [lag for lag in LEVEL_LAGS if max(lag, 1) * MIN_LAGS_IN_LOG <= len(command)]
     decays = [math.exp(-1.0 / lag) if lag else 0.0 for lag in lags]
-    levels = [lfilter([1.0 - a], [1.0, -a], command, zi=[a * command[0]])[0] for a in decays]
+    levels = [first_order_lag(command, a) for a in decays]
     share = max((share_in_common(level, values) for level in levels), default=0.0)
     return share if share > max((way_share(level, values) for level in levels), default=0.0) else 0.0
 

@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import plotly.graph_objects as go
 
+from wheelpend.reports.page.binning import bin_means, quantile_bins
+
 FORCE_COLOUR, CHOSEN_COLOUR, EXPLAINED_COLOUR = "#2f86d6", "#d98a1f", "#7a4fa3"
 BAND_COLOUR, CLOUD_COLOUR = "rgba(47,134,214,0.22)", "#8a919c"
 BAND_WIDTH = 2.0  # standard deviations on either side
-STATE_BINS, MAP_BINS = 20, 14
+MAP_BINS = 14
 MAX_CLOUD = 1200  # points
 MIN_BIN_SAMPLES = 3
 MAP_COLOURS = "RdBu"  # told apart by everybody
@@ -62,7 +64,7 @@ def over_variable(f: Force, name: str, chosen: np.ndarray) -> go.Figure:
     figure, x = go.Figure(), f.variables[name]
     thin = slice(None, None, max(1, -(-len(x) // MAX_CLOUD)))
     _add(figure, x[thin], f.force[thin], "samples", points=CLOUD_COLOUR)
-    centres, means, errors = binned(x, f.force)
+    centres, means, errors = bin_means(x, f.force, quantile_bins(x)).T
     edge = np.concatenate([means + BAND_WIDTH * errors, (means - BAND_WIDTH * errors)[::-1]])
     _add(figure, np.concatenate([centres, centres[::-1]]), edge, "± 2 standard errors", fill=BAND_COLOUR)
     _add(figure, centres, means, "mean", colour=FORCE_COLOUR)
@@ -90,18 +92,6 @@ def over_pair(f: Force, names: tuple[str, str], chosen: np.ndarray) -> go.Figure
     for axis, name in zip((figure.update_xaxes, figure.update_yaxes), names, strict=True):
         axis(title_text=f"{name} [{f.units.get(name, '')}]")
     return figure.update_layout(dragmode="select", showlegend=False)
-
-
-def binned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean x, mean y and its standard error in ranges of x that hold as many samples each.
-
-    Samples in the order of time of which one follows the other in a range are one visit, and count once.
-    """
-    groups = [g for g in np.array_split(np.argsort(x, kind="stable"), STATE_BINS) if len(g) >= MIN_BIN_SAMPLES]
-    visits = [1 + np.count_nonzero(np.diff(np.sort(g)) > 1) for g in groups]
-    found = [(x[g].mean(), y[g].mean(), y[g].std() / np.sqrt(v)) for g, v in zip(groups, visits, strict=True)]
-    centres, means, errors = np.array(found).reshape(-1, 3).T
-    return centres, means, errors
 
 
 def _add(

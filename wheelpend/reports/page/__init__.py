@@ -17,6 +17,7 @@ packing            figures as text, and the script that reads it
 thinning           samples that a chart draws
 figures            ladder, predictions, parameters
 force_figures      the missing force over time and states
+binning            means over ranges of a state
 effect_figures     every effect drawn with its band
 effect_laws        axes and lines of an effect's drawing
 digests            files that the logs were read from

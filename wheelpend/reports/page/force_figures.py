@@ -23,6 +23,7 @@ from wheelpend.estimation.state_reconstruction import port_motion
 from wheelpend.logs.log import stack_inputs
 from wheelpend.model.units import PlantUnits
 from wheelpend.reports.names import axis_name_text
+from wheelpend.reports.page.binning import bin_means, quantile_bins
 from wheelpend.reports.page.law_expressions import LAMBDIFY_MODULES, resistance_law
 from wheelpend.reports.page.style import (
     BEFORE_COLOUR,
@@ -34,7 +35,6 @@ from wheelpend.reports.page.style import (
 )
 from wheelpend.reports.page.thinning import extreme_samples
 
-MAX_BINS = 24
 BAND_STANDARD_ERRORS = 2.0  # half width of a band
 BAND_NAME = "± 2 standard deviations"
 SHOWN_FORCE_QUANTILES = (0.005, 0.995)  # of the missing force, between which the chart over a state lies
@@ -148,22 +148,6 @@ def _add_candidate(
                                     line={"color": colour, "width": 2.5}))  # fmt: skip
 
 
-def quantile_bins(x: np.ndarray) -> np.ndarray:
-    """Bin number of each value; bins hold equal counts."""
-    edges = np.unique(np.quantile(x, np.linspace(0, 1, min(MAX_BINS, max(2, len(x) // 8)) + 1)))
-    return np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
-
-
-def bin_means(x: np.ndarray, y: np.ndarray, bins: np.ndarray) -> np.ndarray:
-    """Mean x, mean y and the mean's standard error of each bin (bins, 3); samples of one visit to a bin count once."""
-    rows = []
-    for b in np.unique(bins):
-        inside = bins == b
-        visits = np.count_nonzero(np.diff(np.r_[False, inside].astype(np.int8)) > 0)
-        rows.append((x[inside].mean(), y[inside].mean(), y[inside].std() / np.sqrt(visits)))
-    return np.array(rows)
-
-
 def law_over_state(problem: EstimationProblem, candidate: CandidateFit, row: int, state: str):
     """The force of an effect on a row as a function of one state, or None where it is not one.
 
@@ -198,10 +182,10 @@ def missing_force_if_true(diagnosis: Diagnosis, candidate: CandidateFit, number:
     None for sensors, delays and lags, which are no forces, for effects by which something else moves, which these
     equations do not have, and where a constant is unknown.
     """
-    problem, effect = diagnosis.problem, derive.effects.find(candidate.effect)
-    if number >= len(diagnosis.missing) or isinstance(effect.enters, SensorMap | InputDelay | InputLag):
+    problem, enters = diagnosis.problem, derive.effects.find(candidate.effect).enters
+    if number >= len(diagnosis.missing) or isinstance(enters, SensorMap | InputDelay | InputLag):
         return None
-    if not {*effect.full_names} <= {*problem.module.PARAMETERS}:
+    if not problem.knows(candidate.effect):
         return None
     table, log = diagnosis.missing[number].variables, diagnosis.missing[number].log
     index = next((k for k, own in enumerate(problem.logs) if own.name == log), None)

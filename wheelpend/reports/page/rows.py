@@ -129,8 +129,7 @@ def log_rows(problem: EstimationProblem) -> list[LogRow]:
             (c, f"{typeset_number_text(s, 3)} {units.unit(c)}")
             for c, s in zip(log.channels, noise.sigma, strict=True)
         ]  # fmt: skip
-        samples, seconds = len(log.t) - log.lead, float(log.t[-1] - log.t[log.lead])
-        rows.append(LogRow(log.name, role, samples, seconds, log.reference is not None, sigma, noise.floor))
+        rows.append(LogRow(log.name, role, log.samples, log.duration, log.reference is not None, sigma, noise.floor))
     return rows
 
 
