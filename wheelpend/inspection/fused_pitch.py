@@ -7,7 +7,6 @@ speed of the wheels and k = R/(g T) with an accelerometer at the axle: the integ
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from derive.plants.wheel_pendulum import KNOWN_CONSTANTS
 from wheelpend.inspection.findings import Finding
@@ -29,6 +28,8 @@ def fused_pitch_findings(signals: Signals, pair: RatePair, wheel: np.ndarray) ->
 
     And the signals without that error, in which other faults are looked for.
     """
+    from scipy.integrate import cumulative_trapezoid  # imported late: it is slow, and few logs come here
+
     pitch, rate = signals.channels[pair.angle], signals.channels[pair.rate]
     off = pitch - cumulative_trapezoid(rate, dx=signals.dt, initial=0.0)
     angles = signals._replace(channels={"wheel": wheel})
