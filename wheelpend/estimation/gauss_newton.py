@@ -42,6 +42,8 @@ def levenberg_marquardt(problem: ShootingProblem, point: LinearisedPoint, rounds
         if damping < MAX_UNDAMPED and problem.predicted_decrease(reduced) < _negligible_decrease(point.cost):
             return point._replace(theta=theta, states=states), True  # the last step is too small to be simulated
         trial = problem.linearise(theta, states)
+        if not trial.cost <= point.cost:
+            trial = problem.with_settled_states(trial, point)
         if trial.cost <= point.cost:
             gain, point = point.cost - trial.cost, trial
             if gain < _sufficient_decrease(point.cost, problem.count):

@@ -37,6 +37,24 @@ class ShootingLinearisation:
         total = float(self.gram[:, -1, -1].sum())
         return total if np.isfinite(total) else np.inf
 
+    @property
+    def costs(self) -> np.ndarray:
+        """Sum of squared residuals [σ²] of every segment (segments,)."""
+        return self.gram[:, -1, -1]
+
+    def with_segments(
+        self, other: ShootingLinearisation, places: np.ndarray, chosen: np.ndarray, segments: Segments | None = None
+    ) -> ShootingLinearisation:
+        """The linearisation with another one's ``chosen`` segments in these places.
+
+        Their residuals come along where ``segments`` says where they lie, and residuals are kept.
+        """
+        gram, residual = self.gram.copy(), self.residual.copy()
+        gram[places] = other.gram[chosen]
+        for a, b in segments.bounds[places] if segments is not None and len(residual) else ():
+            residual[a:b] = other.residual[a:b]
+        return ShootingLinearisation(gram, residual)
+
 
 class Simulator(NamedTuple):
     """Kernels that simulate segments, and the longest step of their integrator."""

@@ -18,6 +18,7 @@ from wheelpend.estimation.shooting import ShootingLinearisation, Simulator, has_
 from wheelpend.estimation.states import fit_states, initial_states, sequential_states
 from wheelpend.kernels.kernel_module import KernelModule
 
+MAX_GOOD_MEAN_SQUARE = 4.0  # of a segment's residuals [σ²], up to which it begins well enough
 STATE_UPDATE_ROUNDS = 2  # rounds in which initial states are brought up to date with other parameters
 
 
@@ -92,6 +93,30 @@ class ShootingProblem:
             return states
         rows = zip(self.segments, states, parameters, strict=True)
         return [sequential_states(self.simulator, s, x, p, STATE_UPDATE_ROUNDS) for s, x, p in rows]
+
+    def with_settled_states(self, trial: LinearisedPoint, before: LinearisedPoint) -> LinearisedPoint:
+        """A trial in which segments that fit worse than before, or badly, begin where they fit best.
+
+        Fitted from where they began before, or from what was measured. Where dry friction holds a segment says next to
+        nothing of the speed with which it begins, and its linear step leads anywhere; that of the parameters is not
+        the worse for it. Segments of a coupled model stay as they are.
+        """
+        parameters, states, linearisations = self.parameters_at(trial.theta), [], []
+        for k, (segments, p) in enumerate(zip(self.segments, parameters, strict=True)):
+            found, best = trial.states[k].copy(), trial.linearisations[k]
+            then, now = before.linearisations[k].costs, best.costs
+            poor = np.flatnonzero(~(now <= then) | (now > MAX_GOOD_MEAN_SQUARE * np.diff(segments.bounds)[:, 0]))
+            if not has_coupled_segments(self.module, p):
+                part = segments.chosen(poor)
+                for begin in (before.states[k][poor], initial_states(self.module, part)):
+                    begin, _ = fit_states(self.simulator, part, begin, p, STATE_UPDATE_ROUNDS, keep_residual=False)
+                    again = self.simulator.shoot(part, begin, p, self.columns, keep_residual=False)
+                    better = ~(again.costs >= best.costs[poor])
+                    found[poor[better]] = begin[better]
+                    best = best.with_segments(again, poor[better], better)
+            states.append(found)
+            linearisations.append(best)
+        return LinearisedPoint(trial.theta, states, linearisations)
 
     def reduce(self, point: LinearisedPoint, damping: float = 0.0) -> ReducedEquations:
         """Normal equations of θ alone, the initial states eliminated."""

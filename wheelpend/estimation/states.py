@@ -43,7 +43,7 @@ def fit_states(
         better = new < old
         states[moving[better]] = trial_states[better]
         damping[moving] *= np.where(better, 0.1, 10.0)
-        best = _merge_improved(best, trial, segments, moving[better], better)
+        best = best.with_segments(trial, moving[better], better, segments)
         moving = moving[_still_moves(old, new, damping[moving])]
     return states, best
 
@@ -70,17 +70,6 @@ def sequential_states(
     longer, states_with_lead, judged = simulator.with_warm_up(segments, states, parameters)
     two_starts = rounds > MAX_STATE_UPDATE_ROUNDS
     return simulator.follow(longer, states_with_lead, parameters, rounds, two_starts)[judged]
-
-
-def _merge_improved(
-    old: ShootingLinearisation, new: ShootingLinearisation, segments: Segments, places: np.ndarray, better: np.ndarray
-) -> ShootingLinearisation:
-    """The old linearisation, with the new one's better segments in these places."""
-    gram, residual = old.gram.copy(), old.residual.copy()
-    gram[places] = new.gram[better]
-    for a, b in segments.bounds[places] if len(residual) else ():
-        residual[a:b] = new.residual[a:b]
-    return ShootingLinearisation(gram, residual)
 
 
 __all__ = ["fit_states", "initial_states", "sequential_states"]
