@@ -102,6 +102,8 @@ def locate_event(
     information = event_information(problem, segments, values, effect, fitted.names)
     count = len(bounds)
     begin, end = np.triu_indices(count + 1, 1)
+    once = (begin > 0) | (end < count)  # what acts all the time is no event
+    begin, end = begin[once], end[once]
     if len(times) == 1:  # it lasts to the end of the log
         begin, end = np.arange(1, count), np.full(count - 1, count)
     pull, weight = information.between(begin, end)
