@@ -156,7 +156,8 @@ def _start_sizes(
 ) -> list[tuple[dict[str, float], EffectSize]]:
     """Values and sizes from which an effect's refits start.
 
-    Effects that are not locally linear (a delay, a threshold) start from a grid of sizes as well.
+    Effects that are not locally linear (a delay, a threshold) start from a grid of sizes as well. One of which no score
+    suggests a size, as where nothing can be linearised, starts from its typical one.
     """
     suggested = [
         replace_contained(problem, effect, values, size)
@@ -164,6 +165,7 @@ def _start_sizes(
         for size in candidate.starts[:MAX_PROFILED_STARTS]
     ]
     found = [(values, clip_to_bounds(effect, size)) for values, size in suggested]
+    found = found or [(starts[0][0], EffectSize({effect.name_of(p): p.typical for p in effect.parameters}, {}))]
     for parameter in effect.parameters:
         name = effect.name_of(parameter)
         found += [(found[0][0], found[0][1].with_values({name: size})) for size in parameter.grid]
