@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from derive.effects.row import Deformation, Effect, EffectParameter, Force, InternalForce, Onset, Values
-from derive.lazy import Magnitude, Step, functions, symbol
+from derive.lazy import Magnitude, Step, functions, sp, symbol
 
 EFFECT_ROWS = (
     Effect(
@@ -48,6 +48,25 @@ EFFECT_ROWS = (
         Force("outside", lambda a, v, stiffness: stiffness * (a - symbol("origin"))),
         means="Something is attached to the robot: the cable weighs in, the more the further it goes.",
         resembles="`slope` or `voltage_offset`, if the robot stays in one place.",
+    ),
+    Effect(
+        "unbalance",
+        "body",
+        "A load out of balance: gravity pulls it to one side.",
+        "Q_w = −(a sin θw + b cos θw)",
+        (
+            EffectParameter("sine", "V", letter="a", scope="per log", typical=0.3),
+            EffectParameter("cosine", "V", letter="b", scope="per log", typical=0.1),
+        ),
+        Force("load", lambda a, s, sine, cosine: sine * sp.sin(a) + cosine * sp.cos(a)),
+        means="What the shaft turns is heavier on one side: left alone it comes to rest with that below, and within a "
+        "turn it costs now more, now less.",
+        phased=("sine", "cosine"),
+        law_text="Only on a shaft. An arm or a link hangs on a [pendulum](plants.md), whose own parameters hold its "
+        "weight.",
+        residual="a missing force of one period a turn over the shaft's angle.",
+        resembles="`cogging` of one period a turn, which is the same force; over a small part of a turn "
+        "`voltage_offset`.",
     ),
     Effect(
         "slosh",

@@ -300,6 +300,7 @@ EFFECT_ROWS = (
         ),
         means="The drive pulls towards preferred positions: magnets, brushes, or a damaged tooth.",
         phased=("sine", "cosine"),
+        covers=("unbalance",),
         resembles="other disturbances that repeat with the wheel's angle.",
         remarks=("The diagnosis searches 1 to 60 periods per turn.",),
         needs_motor=True,

@@ -102,7 +102,7 @@ def drive_row_on(name: str, model: str, sentence: str, means: str, port: str = "
     """A row of the drive as it acts on another port; what it says of the drive alone is left out."""
     row = next(r for r in drive.EFFECT_ROWS if r.name == model)
     assert isinstance(row.enters, Force | DryForce | HysteresisForce)
-    bare = replace(row, undriven=("", ""), law_text="", residual="", resembles="", remarks=())
+    bare = replace(row, undriven=("", ""), covers=(), law_text="", residual="", resembles="", remarks=())
     enters = row.enters._replace(port=port)
     parameters = tuple(_started_on(p, port) for p in row.parameters)
     return replace(

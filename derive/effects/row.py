@@ -181,6 +181,7 @@ class Effect:
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
     ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order
     approaches: str = ""  # a simpler effect that it becomes at an end of its range, with parameters of the same names
+    covers: tuple[str, ...] = field(default=())  # simpler effects that it is at one of its shapes, and may stand beside
     varies: str = ""  # the friction that it makes larger one way than the other: it is not larger than that
     phased: tuple[str, ...] = field(default=())  # sine and cosine: their amplitude is shared, their phase per log
     law_text: str = ""  # this and what follows stand on docs/effects.md alone: sentences behind the equation

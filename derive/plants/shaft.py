@@ -34,6 +34,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         loads=(Load("motor", "drive", alpha * (V - K_b * shaft.dq)),),
         ports=(
             Port("drive", shaft.q, "between the housing and the shaft, through the motor"),
+            Port("load", shaft.q, "between the shaft and the weight that hangs on it"),
             Port("outside", shaft.q, "between the shaft and what turns it from outside"),
         ),
         channels=(

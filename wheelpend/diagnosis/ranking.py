@@ -14,7 +14,7 @@ from wheelpend.estimation.criteria import (
     WRONG_START_ERROR_RATIO,
 )
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.problem import EstimationProblem, simpler_effects
+from wheelpend.estimation.problem import EstimationProblem, narrower_effects, simpler_effects
 
 MAX_SIMILAR_ERROR_RATIO = 1.1  # times the best error, up to which the simplest effect comes first where all leave much
 INTERNAL_EFFECT_ERROR_PENALTY = 1.5  # times its error counts of an internal coordinate that does not reach the noise
@@ -40,7 +40,7 @@ def rank_candidates(problem: EstimationProblem, candidates: Iterable[CandidateFi
     far = best.error_after >= WRONG_START_ERROR_RATIO * problem.floor
     similar = MAX_SIMILAR_ERROR_RATIO if far else 1.0 + MAX_EQUIVALENT_ERROR_DIFFERENCE
     in_noise = best.error_after < MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
-    nested = nested_effects(problem, best.effect)
+    nested = narrower_effects(problem.module, best.effect)
 
     def is_rival(one: CandidateFit) -> bool:
         alike = far or one.effect in nested or _is_as_likely(one, best, scatters=not in_noise)

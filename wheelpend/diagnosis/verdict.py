@@ -33,7 +33,7 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.noise_alarm import overstated_noise
 from wheelpend.estimation.parameter_table import parameter_table
-from wheelpend.estimation.problem import EstimationProblem, simpler_effects
+from wheelpend.estimation.problem import EstimationProblem, narrower_effects
 from wheelpend.estimation.validation import fit_percent, unpredicted_share, validation_residuals
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
@@ -348,8 +348,8 @@ def verdict_on(problem: EstimationProblem, named: Sequence[CandidateFit], error_
 
 
 def improves_on_nested(problem: EstimationProblem, candidate: CandidateFit, others: Sequence[CandidateFit]) -> bool:
-    """An effect worth naming over every effect that it contains, and over the one that it approaches."""
-    simpler = simpler_effects(problem.module, candidate.effect)
+    """An effect worth naming over every simpler one of the same force."""
+    simpler = narrower_effects(problem.module, candidate.effect)
     return all(candidate.improves_on(o) for o in others if o.effect in simpler)
 
 

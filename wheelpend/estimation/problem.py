@@ -155,6 +155,11 @@ def simpler_effects(module: KernelModule, effect: str) -> tuple[str, ...]:
     return (*module.CONTAINS.get(effect, {}), *filter(None, [approached]))
 
 
+def narrower_effects(module: KernelModule, effect: str) -> tuple[str, ...]:
+    """Simpler effects of the same force: those that one replaces, and those that it covers, beside which it may be."""
+    return (*simpler_effects(module, effect), *derive.effects.find(effect).covers)
+
+
 def extended_effects(model: Model, effect: str) -> list[str]:
     """A model's effects with one more, which replaces those that it contains or approaches."""
     simpler = simpler_effects(library_module_of(model), effect)

@@ -45,7 +45,7 @@ from wheelpend.diagnosis.physical import is_determined
 from wheelpend.diagnosis.score_test import size_names
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameters import FreeParameter
-from wheelpend.estimation.problem import simpler_effects
+from wheelpend.estimation.problem import narrower_effects
 from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.remainder import difference_of_forces
@@ -497,8 +497,8 @@ def improves_on_nested(one: Judged, others: Sequence[Judged]) -> bool:
 
 
 def simpler_than(one: Judged) -> tuple[str, ...]:
-    """Effects that one contains or approaches."""
-    return simpler_effects(one.model.problem.module, one.candidate.effect)
+    """Simpler effects of the same force as one."""
+    return narrower_effects(one.model.problem.module, one.candidate.effect)
 
 
 def _with_equivalents(one: Judged, others: Sequence[Judged]) -> Judged:
