@@ -25,6 +25,7 @@ from wheelpend.diagnosis.likelihood.whitened_scores import (
     leading_effects,
     scored_effect,
     with_leading_by_equations,
+    with_plain_twins,
 )
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.parallel import KernelPool
@@ -79,6 +80,7 @@ def _refits(model: FilteredModel, progress: Progress, only: str) -> dict[str, Fi
     else:
         by_equations = leading_by_equations(scores)
         leaders = with_leading_by_equations([*internal_effects(model), *leading_effects(model)], by_equations)
+        leaders = with_plain_twins(model, leaders)
 
     def begin(one: ScoredEffect, of: FilteredModel) -> BegunRefit:
         progress(f"refitting with {one.effect.name} and a random force")

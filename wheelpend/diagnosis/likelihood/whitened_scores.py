@@ -97,6 +97,17 @@ def with_leading_by_equations(
     return [*leaders, *(ScoredEffect(o.effect, 0.0, (EffectSize(o.size(), {}),)) for o in others)]
 
 
+def with_plain_twins(model: FilteredModel, leaders: Sequence[ScoredEffect]) -> list[ScoredEffect]:
+    """Leaders, and beside a difference between directions what the equations cannot tell from it and is none.
+
+    A constant force that a motor meets one way and has the other way is an offset before it is worn teeth.
+    """
+    known, candidates = {one.effect.name for one in leaders}, {e.name: e for e in scorable_effects(model)}
+    twins = [t for one in leaders if one.effect.varies for t in model.problem.module.TWINS.get(one.effect.name, ())]
+    plain = [t for t in dict.fromkeys(twins) if t not in known and t in candidates and not candidates[t].varies]
+    return [*leaders, *(scored_effect(model, candidates[t]) for t in plain)]
+
+
 def judged_effects(model: FilteredModel) -> list[Effect]:
     """Effects that are judged with a random force: all that the model may be missing but events and play.
 
