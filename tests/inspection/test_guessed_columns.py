@@ -56,7 +56,8 @@ def test_of_two_wheels_alone_one_is_looked_at_and_a_filtered_difference_is_no_se
     assert "left_speed is the derivative of left_pulses." in said and "no sensor of its own" in said
     assert "right_" not in found.model and "rate_sensor" not in found.model and "links" not in found.model
     body = columns | {"pitch": 0.05 * np.sin(columns["ms"] / 300.0) + 0.001 * np.cos(columns["ms"] / 17.0)}
-    assert survey_file(write_csv(tmp_path / "robot.csv", body)).column("right_pulses").role == "position"
+    (right,) = [c for c in survey_file(write_csv(tmp_path / "robot.csv", body)).columns if c.name == "right_pulses"]
+    assert "Where the robot turns, log the mean of both." in right.remark
 
 
 @pytest.mark.parametrize(
@@ -68,7 +69,8 @@ def test_of_two_wheels_alone_one_is_looked_at_and_a_filtered_difference_is_no_se
         ({"theta_l": "position", "theta_r": "position", "u": "input"}, set()),  # of a load and a rotor, say
         ({"left_pos": "position", "right_pos": "position", "right_u": "input"}, set()),  # which is the right one's
         ({"left_pos": "position", "right_pos": "position", "gyro_y": "further"}, set()),  # it has a body
-        ({"left_pos": "position", "right_pos": "position", "pitch": "position"}, set()),
+        ({"left_pos": "position", "right_pos": "position", "pitch": "position"}, {"right_pos"}),
+        ({"left_pos": "position", "right_pos": "position", "pitch": "position", "arm": "position"}, set()),
     ],
 )  # fmt: skip
 def test_one_of_two_wheels_is_left_out_and_nothing_that_is_no_other_wheel(roles, left_out):

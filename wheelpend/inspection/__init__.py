@@ -15,6 +15,7 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - findings: `Finding`, and the corrections that cure a log
 - signals: a log on a uniform grid, smoothed derivatives, and scans over time shifts
 - kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, a rate against its angle
+- mounting: a body whose angle sensor is turned over
 - wiring: all faults, by the check that the plant brings along or by those for any machine
 - equations: faults that the equations of motion show on any machine with one input: signs, input at another time;
   first_motion: which way one with one place sets out from rest

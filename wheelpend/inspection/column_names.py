@@ -28,6 +28,9 @@ SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that 
 LEFT_OF_RIGHT = {"right": "left", "r": "l"}
 WHEEL_NAMES = ("wheel", "motor", "enc", "tick", "count", "pulse", "pwm", "duty")
 DUTY_NAMES = ("duty", "pwm")
+PID_SIGNALS = ("setpoint", "input", "output")  # of the block that Arduino's library has
+TERM_NAME = re.compile(r"(p|i|d)([ _]?(term|part|out|gain))?|(prop|integ|deriv)[a-z]*")  # of a controller's sum
+CURRENT_WORD = "iq"  # of a motor, in the frame of its rotor
 NUMBER_OR_SIDE = re.compile(r"(\d+|_[lr]|_left|_right)$")  # u1, u_L: of one of several
 EFFORT_NAMES = (
     *TORQUE_NAMES,
@@ -176,11 +179,37 @@ def is_increment(name: str) -> bool:
     return not stated_unit(name) and has_word(name, INCREMENT_NAMES)
 
 
+def pid_block(names: Sequence[str]) -> dict[str, str]:
+    """Columns called as the signals of a PID block are, by setpoint, input and output; nothing without all three.
+
+    Its input is what the block reads, and its output the command.
+    """
+    found = {n.strip().lower(): n for n in names}
+    return {signal: found[signal] for signal in PID_SIGNALS} if found.keys() >= set(PID_SIGNALS) else {}
+
+
+def is_of_current(name: str) -> bool:
+    """True of a column that is called after a motor's current in the frame of its rotor: Iq_measured."""
+    return CURRENT_WORD in words_of(name)
+
+
+def controller_terms(names: Sequence[str]) -> list[str]:
+    """Columns that are the terms of a controller: two or more called P, I or D beside a set point or an error."""
+    terms = [n for n in names if TERM_NAME.fullmatch(n.strip().lower())]
+    controlled = any(contains(n, REFERENCE_NAMES) or has_word(n, ERROR_NAMES) for n in names)
+    return terms if controlled and len(terms) > 1 else []
+
+
 def inputs_among(names: Sequence[str]) -> list[str]:
     """The columns that are inputs: by their words, or else by a unit of volts, amperes, newtons or newton metres."""
-    open_names = [n for n in names if kind_by_name(n) in ("", "input") and not contains(n, REFERENCE_NAMES)]
+    if block := pid_block(names):
+        return [block["output"]]
+    terms = controller_terms(names)
+    open_names = [
+        n for n in names if n not in terms and kind_by_name(n) in ("", "input") and not contains(n, REFERENCE_NAMES)
+    ]
     open_names = [n for n in open_names if not is_read_at_motor(n) and not has_word(n, ERROR_NAMES)]
-    called = [n for n in open_names if contains(n, INPUT_WORDS) or contains(without_unit(n), INPUT_WORDS)]
+    called = [n for n in open_names if any(contains(w, INPUT_WORDS) for w in (n, without_unit(n))) or is_of_current(n)]
     stated = [n for n in open_names if kind_by_name(n) == "input"]
     return [n for n in called or stated if not contains(n, SUPPLY_NAMES)]
 
@@ -195,7 +224,11 @@ def is_likely_input(name: str) -> bool:
     words = words_of(name)
     if len(words) > 1 and words[-1] == "load" and not has_word(name, ANGLE_NAMES):  # what a servo reports of its motor
         return True
-    return name.lower() in VOLTAGE_NAMES or contains(name, ("cmd", "motor", "ctrl")) or has_word(name, EFFORT_NAMES)
+    return (
+        name.lower() in VOLTAGE_NAMES
+        or contains(name, ("cmd", "motor", "ctrl", "control"))
+        or has_word(name, EFFORT_NAMES)
+    )
 
 
 def is_magnitude(name: str) -> bool:
@@ -219,11 +252,12 @@ def input_unit(names: Sequence[str]) -> str:
         if (base := stated_base(name)) in INPUT_UNITS:
             return base
     for unit, words in INPUT_UNITS.items():
-        if any(contains(n, words) for n in names):
+        if any(contains(n, words) or (unit == "A" and is_of_current(n)) for n in names):
             return unit
     return "V"
 
 
 def suggested_input_base(name: str) -> str:
     """Unit of SI of an input that its name states or suggests; nothing where it tells nothing."""
-    return stated_base(name) or next((u for word, u in INPUT_NAME_UNITS.items() if word in name.lower()), "")
+    by_word = next((u for word, u in INPUT_NAME_UNITS.items() if word in name.lower()), "")
+    return stated_base(name) or by_word or ("A" if is_of_current(name) else "")

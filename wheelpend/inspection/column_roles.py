@@ -12,9 +12,11 @@ from scipy.ndimage import median_filter
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
     BODY_SENSORS,
+    DUTY_NAMES,
     ERROR_NAMES,
     REFERENCE_NAMES,
     contains,
+    controller_terms,
     has_word,
     inputs_among,
     is_called_angle,
@@ -26,6 +28,7 @@ from wheelpend.inspection.column_names import (
     left_name,
     may_be_sensor,
     stated_base,
+    suggested_input_base,
 )
 from wheelpend.inspection.file_values import MAX_STEP_SHARE
 from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
@@ -49,20 +52,35 @@ MAX_COPY_ROUGHNESS = 0.5  # of a signal's noise, which a filtered copy of it has
 
 
 def right_sides(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
-    """Columns of the right wheel of two that are all that moves, with a sentence: the left one is looked at alone.
+    """Columns of the right wheel of two, with a sentence: the left one is looked at alone.
 
-    Not where only the right one's command is logged, or something that may be read at the body.
+    They are all that moves, or a body that balances on them beside. Not where only the right one's command is logged,
+    or something that may be read at the body and is no place.
     """
     lefts = {(tuple(words_of(n)), role): n for n, (role, _) in roles.items()}
     found = {n: lefts[key] for n, (role, _) in roles.items() if (key := (left_name(n), role)) in lefts}
     places = [n for n, (role, _) in roles.items() if role == "position"]
     of_body = [n for n, (role, _) in roles.items() if role == "further" and has_word(n, (*ANGLE_NAMES, *BODY_SENSORS))]
     alone = [n for n, (role, _) in roles.items() if role == "input" and n not in found and left_name(n)]
-    if len(places) != 2 or not any(n in found for n in places) or of_body or alone:
+    wheels = [n for n in places if n in found or n in found.values()]
+    body = len(places) - len(wheels)
+    if len(wheels) != 2 or body > 1 or (of_body and not body) or alone:
         return {}
-    said = {n: f"{n} is the other wheel's {left}: one wheel is looked at alone." for n, left in found.items()}
+    mean = " Where the robot turns, log the mean of both." if body else ""
+    said = {n: f"{n} is the other wheel's {left}: one wheel is looked at alone.{mean}" for n, left in found.items()}
     rates = {n: of for n, (role, of) in roles.items() if role == "rate" and of in found and n not in found}
     return said | {n: f"{n} is the rate of {of}, the other wheel's." for n, of in rates.items()}
+
+
+def currents_beside(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
+    """Currents of one motor whose voltage or duty is logged too, with a sentence: what is told to it drives it."""
+    inputs = [n for n, (role, _) in roles.items() if role == "input"]
+    currents = [n for n in inputs if suggested_input_base(n) == "A"]
+    told = [n for n in inputs if suggested_input_base(n) == "V" or has_word(n, DUTY_NAMES)]
+    if not currents or len(told) != 1 or [role for role, _ in roles.values()].count("position") != 1:
+        return {}
+    return {n: f"{n} is measured beside {told[0]}, which drives: it is left. Map it as the input in its place if it is "
+               "what the driver was told." for n in currents}  # fmt: skip
 
 
 def held_inputs(
@@ -92,7 +110,8 @@ def roles_of(
     places = places or [n for n in values if is_called_place(n) and len(np.unique(values[n])) >= MIN_PLACES]
     roles: dict[str, tuple[str, str]] = dict.fromkeys(inputs_among(list(values)), ("input", ""))
     seldom = {n for n in values if signals is not None and n not in signals.channels}
-    free = [n for n in values if n not in roles and n not in seldom and may_be_sensor(n)]
+    terms = controller_terms(list(values))
+    free = [n for n in values if n not in roles and n not in seldom and n not in terms and may_be_sensor(n)]
     roles |= rates_by_sum(free, values, t) if signals is None else rates_among(free, signals)
     if not any(r == "input" for r, _ in roles.values()):
         roles |= {n: ("input", "") for n in free if is_likely_input(n) and n not in roles}
@@ -136,8 +155,9 @@ def is_unnamed(name: str) -> bool:
 
 def possible_rates(names: list[str]) -> list[tuple[str, str]]:
     """Pairs of columns of which the second may be the rate of the first by what their names state."""
-    places = [n for n in names if not is_no_place(n) and not contains(n, REFERENCE_NAMES)]
-    able = [n for n in names if kind_by_name(n) != "position" and not has_word(n, ERROR_NAMES)]
+    measured = [n for n in names if not contains(n, REFERENCE_NAMES)]
+    places = [n for n in measured if not is_no_place(n)]
+    able = [n for n in measured if kind_by_name(n) != "position" and not has_word(n, ERROR_NAMES)]
     return [(a, b) for a in places for b in able if a != b]
 
 
@@ -188,7 +208,8 @@ def references_among(names: list[str], values: dict[str, np.ndarray]) -> dict[st
         apart = values[a] - values[b]
         known = np.isfinite(apart)
         close = known.any() and np.mean(apart[known] ** 2) < MAX_FOLLOWING_SHARE * np.nanvar(values[a])
-        if not close or a in found or b in found:
+        sides = left_name(a) == tuple(words_of(b)) or left_name(b) == tuple(words_of(a))  # two wheels that run alike
+        if not close or sides or a in found or b in found:
             continue
         smoother = difference_noise(values[b][known]) < MAX_COPY_ROUGHNESS * difference_noise(values[a][known])
         lead = lead_samples(values[a], values[b])

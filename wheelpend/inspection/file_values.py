@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from wheelpend.errors import BadCell, Failure
-from wheelpend.inspection.column_names import is_command, kind_by_name, stated_factor
+from wheelpend.inspection.column_names import is_called_rate, is_command, kind_by_name, stated_factor
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE, find_outliers, without_outliers
@@ -56,6 +56,20 @@ def columns_with_bad_cells(file: Table, read: Collection[str]) -> dict[str, str]
     return found
 
 
+def columns_of_text(file: Table, read: Collection[str]) -> list[str]:
+    """Columns that hold no numbers at all, besides those that were read."""
+    found = []
+    for name in file.names:
+        try:
+            if name not in read:
+                file.read([name])
+        except BadCell:
+            continue
+        except Failure:
+            found.append(name)
+    return found
+
+
 def moving_columns(path: Path, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The columns (N,) that change; raises Failure where none does."""
     found = {n: v for n, v in values.items() if np.isfinite(v).any() and np.nanmin(v) < np.nanmax(v)}
@@ -72,7 +86,10 @@ def moving_columns(path: Path, values: Mapping[str, np.ndarray]) -> dict[str, np
 
 def analysed(name: str, t: np.ndarray, values: Mapping[str, np.ndarray]) -> Log:
     """A log of columns (N,) at times (N,) [s] for analysis: in SI units by their names, without spikes and wraps."""
-    columns = [continuous(v * stated_factor(n), None if is_command(n) else v) for n, v in values.items()]
+    columns = [
+        v * stated_factor(n) if is_called_rate(n) else continuous(v * stated_factor(n), None if is_command(n) else v)
+        for n, v in values.items()
+    ]
     log = Log(name, t, np.zeros(len(t)), np.column_stack(columns), tuple(values), rates={})
     places = [n for n in values if kind_by_name(n) in ("", "position")]  # their spikes may last two samples
     found = find_outliers(log, [find_quantum(c) for c in columns], places)

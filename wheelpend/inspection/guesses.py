@@ -18,8 +18,10 @@ from wheelpend.inspection.column_names import (
     SUPPLY_NAMES,
     contains,
     is_called_time,
+    is_command,
     is_counting,
     is_of_joint_states,
+    left_name,
     stated_base,
     stated_factor,
 )
@@ -41,6 +43,7 @@ MIN_COUNTS_OF_RATE = 1.5  # that a rate makes one unit of: below it counts in th
 MAX_RATE_MISFIT = 0.01  # of a place's variance, that a rate summed over time leaves in another unit
 MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
 PUT_SECONDS = "put the seconds from row to row in the place of this scale"
+MAX_TURNS_TO_AND_FRO = 30.0  # of a shaft in rad: in degrees it would be half a turn
 MAX_SHAFT_SPEED_RAD_S = 3000.0  # rad/s of a shaft, beyond which hardly a motor with an encoder turns
 MIN_OVERFLOW_RATIO = 1.5  # of its readings' range, that a counter goes which overflowed
 
@@ -153,7 +156,7 @@ def guess_place(
         and not counting
         and not is_whole(values)
         and column != SUMMED_PLACE
-        and way > MAX_WAY_M
+        and way > MAX_TURNS_TO_AND_FRO * 2 * math.pi
         and turning_points(values).size
     ):
         said = f"degrees, for what goes to and fro hardly turns {way / (2 * math.pi):.0f} times, as it would in rad"
@@ -228,7 +231,8 @@ def guess_supply(survey: Survey, column: str) -> Guess | None:
     values = read_or_held(survey, column)
     limit = full_scale(column, values)
     if limit:  # the motors of one machine have one timer
-        scales = {n: full_scale(n, read_or_held(survey, n)) for n in survey.of_role("input") if not states_volts(n)}
+        motors = [*survey.of_role("input"), *(n for n in survey.of_role("further") if is_command(n) and left_name(n))]
+        scales = {n: full_scale(n, read_or_held(survey, n)) for n in motors if not states_volts(n)}
         limit = max([limit, *scales.values()])
     if not limit and entry.minimum == entry.maximum == round(entry.minimum) and abs(entry.minimum) > MIN_PWM_PEAK:
         limit = full_scale("pwm", values)  # a step of so many volts is rarer than one in counts

@@ -28,6 +28,9 @@ from wheelpend.logs.log import Log
 from wheelpend.logs.unwrap import TURNS, count_wraps, unwrapped
 
 MAX_RATE_NOISE_SHARE = 2e-4  # unexplained share up to which noise, fed back by the controller, cannot look like a shift
+GYRO_COUNTS_PER_DEG_S = (131.0, 65.5, 32.8, 16.4)  # of 16 bits for ±250, ±500, ±1000 and ±2000 deg/s (MPU-6050)
+GYRO_TOLERANCE = 0.1  # by which they may be off: an angle's scale is not exact
+SWAY_RAD, MIN_SWAYS = 0.7, 3  # 40° on either side, and so often there and back: nothing balances so
 MIN_RATE_CORRELATION = 0.8  # correlation of a rate and the derivative of its angle from which they are compared
 ANGLE_SCALES = (1.0, DEGREES_PER_RADIAN, 1 / DEGREES_PER_RADIAN)  # of a rate against its angle: units of either
 MIN_SUMMED_SAMPLES = 30  # of a rate, from which on its sum is compared with a place
@@ -135,20 +138,30 @@ def is_rate(size: float, slack: float, scales: Sequence[float] = ANGLE_SCALES) -
 
 
 def find_range_in_degrees(log: Log, corrections: LogCorrections) -> tuple[list[Finding], Log]:
-    """Find an angle beyond ±π/2 again and again that must be within, so in degrees; the log returned has it in rad."""
+    """Find an angle beyond ±π/2 again and again that must be within, so in degrees; the log returned has it in rad.
+
+    Or one that sways to and fro farther than any machine that balances comes back from.
+    """
     name = log.range_channel
     if name not in log.channels:  # the machine may be at any angle
         return [], log
     values = channel_values(log, name)
-    state = np.where(np.abs(values) > 1.6, 1, np.where(np.abs(values) < 0.8, -1, 0))
-    state = state[state != 0]  # far, near; what lies between belongs to what came before
-    returns = int(np.sum(np.diff(state) < 0))
-    if returns < 2:  # one return may be a machine that somebody picked up
+    returns = times_back(np.abs(values), 1.6, 0.8)
+    sways = min(times_back(side * values, SWAY_RAD, 0.0) for side in (1.0, -1.0))
+    if returns < 2 and sways < MIN_SWAYS:  # one return may be a machine that somebody picked up
         return [], log
+    returns = max(returns, sways)
     corrections.unit[name] = "deg"
     sentence = f"{name} goes to {np.nanmax(np.abs(values)):.3g} and comes back {returns} times: it looks like degrees."
     finding = Finding("wrong_unit", name, sentence, 'Map it in [columns] with unit = "deg".', DEGREES_PER_RADIAN)
     return [finding], with_channel(log, name, values / DEGREES_PER_RADIAN)
+
+
+def times_back(values: np.ndarray, far: float, near: float) -> int:
+    """How often a signal (N,) comes back from above ``far`` to below ``near``."""
+    state = np.where(values > far, 1, np.where(values < near, -1, 0))
+    state = state[state != 0]  # far, near; what lies between belongs to what came before
+    return int(np.sum(np.diff(state) < 0))
 
 
 def find_rate_faults(log: Log, pair: RatePair, corrections: LogCorrections) -> tuple[list[Finding], Log]:
@@ -228,6 +241,12 @@ def find_rate_scale(
         corrections.unit[name] = unit
         size, cure = DEGREES_PER_RADIAN, f'Map {name} in [columns] with unit = "{unit}".'
         sentence += f": {name} looks like {unit}."
+    elif own == "rad" and (counts := gyro_counts(factor)):
+        scale_of_count = float(f"{1.0 / (counts * DEGREES_PER_RADIAN):.5g}")
+        corrections.scale[pair.rate] = scale_of_count
+        name, size = pair.rate, factor
+        cure = f"Map {name} in [columns] with scale = {scale_of_count:g}."
+        sentence += f": {name} looks like the counts of a gyro, {counts:g} of them a degree per second."
     else:
         name, size, cure = pair.rate, factor, "Find out the unit of each, and of the times, and convert the column."
         sentence += f"; they cannot both be in {own} and {own}/s."
@@ -235,6 +254,12 @@ def find_rate_scale(
     return [Finding("wrong_unit", name, sentence, cure, size)], with_channel(
         log, correct, channel_values(log, correct) / scale
     )
+
+
+def gyro_counts(factor: float) -> float:
+    """Counts per deg/s that an IMU's gyro is known to have, by what it reads over a rate in rad/s; 0 of any other."""
+    near = (c for c in GYRO_COUNTS_PER_DEG_S if abs(factor / (c * DEGREES_PER_RADIAN) - 1.0) < GYRO_TOLERANCE)
+    return next(near, 0.0)
 
 
 def with_channel_advanced(log: Log, name: str, seconds: float) -> Log:

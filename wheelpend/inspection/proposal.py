@@ -27,6 +27,7 @@ from wheelpend.inspection.column_names import (
 from wheelpend.inspection.column_roles import is_called_place
 from wheelpend.inspection.gravity import ChainZero, chain_zero, gravity_zero, hangs_at_zero, resting_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
+from wheelpend.inspection.mounting import turned_over
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
@@ -85,7 +86,9 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     offset = zero_offset(gravity) if gravity is not None else 0.0
     turned = best.table.places if chain and not chain.is_relative else best.table.places[:1]
     reasons = nameless_reasons(best) | surplus_reasons(survey, best) | {n: g.reason for n, g in guesses.items()}
-    beyond = is_beyond_its_range(survey, best, maps)
+    mounting = turned_over(survey, best, maps)
+    maps |= mounting.maps if mounting else {}
+    beyond = not mounting and is_beyond_its_range(survey, best, maps)
     hangs = not beyond and is_hanging_pole(survey, best)
     if beyond or hangs:
         best = best._replace(assumptions={**best.assumptions, "range": "any"})
@@ -99,6 +102,9 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
         column = best.columns[best.table.range_channel]
         sentences.append(f'{column} is beyond ±π/2 for most of the log: it hangs or swings up, hence range = "any".')
     offsets = dict.fromkeys(turned, offset) if offset else {}
+    if mounting:
+        offsets = {best.table.range_channel: mounting.offset}
+        sentences.append(mounting.sentence)
     if hangs:
         column = best.columns[best.table.range_channel]
         offsets = {best.table.range_channel: math.pi}
@@ -114,7 +120,9 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
         maps |= (speeds := summed_speed(survey, best, maps))
         untold_unit = "" if stated_unit(survey.speed) else UNKNOWN_SPEED_UNIT[best.table.units[next(iter(speeds))]]
         reasons |= dict.fromkeys(speeds, SUMMED_REASON + untold_unit)
-        sentences.append(f"Nothing in {survey.file} is a place: {survey.speed}, a speed, is summed over time.")
+        whose = "of a wheel" if len(best.table.places) > 1 else ""
+        place = f"is a place {whose}".strip()
+        sentences.append(f"Nothing in {survey.file} {place}: {survey.speed}, a speed, is summed over time.")
     maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
     text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})
     return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found or [best])), reasons, missing)
@@ -203,7 +211,7 @@ def left_over(survey: Survey, used: Collection[str]) -> list[str]:
     return [
         c.name
         for c in survey.columns
-        if c.name not in used and c.role not in ("time", "counter", "copy", "constant", "unread")
+        if c.name not in used and c.role not in ("time", "counter", "copy", "constant", "unread", "text")
     ]
 
 

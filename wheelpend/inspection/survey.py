@@ -14,6 +14,7 @@ from wheelpend.inspection.column_names import (
     REFERENCE_NAMES,
     contains,
     has_word,
+    inputs_among,
     is_acceleration,
     is_called_rate,
     is_called_time,
@@ -26,9 +27,15 @@ from wheelpend.inspection.column_names import (
     stated_base,
     stated_factor,
 )
-from wheelpend.inspection.column_roles import held_inputs, is_unnamed, right_sides, roles_of
+from wheelpend.inspection.column_roles import currents_beside, held_inputs, is_unnamed, right_sides, roles_of
 from wheelpend.inspection.counters import coordinates_among, copies_among, replaced_clock
-from wheelpend.inspection.file_values import analysed, columns_with_bad_cells, moving_columns, numeric_columns
+from wheelpend.inspection.file_values import (
+    analysed,
+    columns_of_text,
+    columns_with_bad_cells,
+    moving_columns,
+    numeric_columns,
+)
 from wheelpend.inspection.own_clock import beside_clock, clock_seconds, own_clock
 from wheelpend.inspection.rate_origin import COMPUTED, COUNTS_ENDING, rate_remark, step_remark
 from wheelpend.inspection.raw_units import MIN_LEVEL_SHARE, is_followed, level_share
@@ -47,6 +54,7 @@ from wheelpend.logs.unwrap import whole_turn
 USUAL_INTERVAL_S = 1e-3  # from row to row, of a file that says nothing of its times
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
 OUTPUT_NAMES = ("y", "yk", "y_k", "y(k)", "out", "output", "response", "measured", "measurement")
+BODY_ANGLES, WHEEL_WORDS = ("pitch", "tilt"), ("wheel", "motor")  # of what balances, and of what it balances on
 SUMMED_PLACE = "place"  # what a speed comes to that is summed over time
 
 
@@ -54,7 +62,7 @@ class FileColumn(NamedTuple):
     """A column of a file: what it is taken for, and why."""
 
     name: str
-    role: str  # time, input, position, rate, reference, supply, constant, counter, copy, further, unread
+    role: str  # time, input, position, rate, reference, supply, constant, counter, copy, further, unread, text
     of: str  # the position of a rate or a reference
     minimum: float
     maximum: float
@@ -142,7 +150,9 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
         raise Failure(f"{path.name}: a log must have columns of numbers; it has none. It needs a header row and "
                       "one row per sample.")  # fmt: skip
     check_length(path.name, len(next(iter(values.values()))))
+    broken = columns_with_bad_cells(file, list(values))
     stamps = None if interval else own_clock(path, file, values)
+    require_readable_clock(path, broken, stamps, interval)
     values = {n: v for n, v in values.items() if not interval or not is_called_time(n)} or values
     clock = stamps or ColumnMap(ROW_NUMBER, "s", scale=interval or USUAL_INTERVAL_S)
     raw = values.pop(clock.column, None)
@@ -150,9 +160,28 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     check_time(path.name, raw)
     times = "read" if stamps else "said" if interval else "made up"
     found = with_summed_speed(surveyed(path, clock, raw, values, times), path, raw, values)
-    broken = columns_with_bad_cells(file, [c.name for c in found.columns])
+    require_readable_input(path, broken, found)
     unread = [FileColumn(name, "unread", "", np.nan, np.nan, 0.0, text) for name, text in broken.items()]
-    return found._replace(columns=(*found.columns, *unread))
+    texts = columns_of_text(file, [c.name for c in (*found.columns, *unread)])
+    text = [FileColumn(name, "text", "", np.nan, np.nan, 0.0, "") for name in texts if name not in values]
+    return found._replace(columns=(*found.columns, *unread, *text))
+
+
+def require_readable_clock(
+    path: Path, broken: Mapping[str, str], stamps: ColumnMap | None, interval: float | None
+) -> None:
+    """Raise Failure where the column that is called the time cannot be read, and nothing else says when rows were."""
+    clock = next((name for name in broken if is_called_time(name)), "")
+    if clock and not interval and not (stamps and is_called_time(stamps.column)):
+        raise Failure(f"{broken[clock]} Without its times a log tells no rate: {path.name} needs them, or the seconds "
+                      "from row to row (--interval).")  # fmt: skip
+
+
+def require_readable_input(path: Path, broken: Mapping[str, str], found: Survey) -> None:
+    """Raise Failure where the column that is called the input cannot be read, and no other is one."""
+    lost = "" if found.of_role("input") else next((n for n in broken if inputs_among([n])), "")
+    if lost:
+        raise Failure(f"{broken[lost]} Without its input {path.name} is the log of a machine that nothing drives.")
 
 
 def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict[str, np.ndarray]) -> Survey:
@@ -160,15 +189,18 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
 
     A speed is called so, or is the one column called nothing, or an increment, that follows a command's level, as a
     motor's speed does: a place that is called an increment is none. Or it is what a gyro reads on what nothing drives.
+    A body that balances has a place, and so have the wheels whose speed alone is logged beside it.
     """
     speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
     speed = speed or following_speed(as_read, values) or swinging_gyro(as_read, values)
-    if any(n != speed for n in as_read.of_role("position")) or not speed or SUMMED_PLACE in values:
+    others = [n for n in as_read.of_role("position") if n != speed]
+    beside_body = len(others) == 1 and has_word(others[0], BODY_ANGLES) and has_word(speed, WHEEL_WORDS)
+    if not speed or SUMMED_PLACE in values or (others and not beside_body):
         return as_read
-    others = {n: v for n, v in values.items() if n != speed and not is_of_right_wheel(n, values)}
+    rest = {n: v for n, v in values.items() if n != speed and not is_of_right_wheel(n, values)}
     way = summed_over_time(values[speed] * stated_factor(speed), clock_seconds(raw, as_read.clock))
-    summed = surveyed(path, as_read.clock, raw, {**others, SUMMED_PLACE: way}, as_read.times)
-    return summed._replace(speed=speed) if summed.of_role("position") == [SUMMED_PLACE] else as_read
+    summed = surveyed(path, as_read.clock, raw, {**rest, SUMMED_PLACE: way}, as_read.times)
+    return summed._replace(speed=speed) if set(summed.of_role("position")) == {*others, SUMMED_PLACE} else as_read
 
 
 def following_speed(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
@@ -231,14 +263,14 @@ def surveyed(path: Path, clock: ColumnMap, raw: np.ndarray, values: dict[str, np
     roles = roles_of(moving, t, signals, gapless_ranges(log, 0, len(t)))
     roles |= dict.fromkeys(counters, ("counter", "")) | dict.fromkeys(copies, ("copy", ""))
     roles |= held_inputs(values, moving, roles)
-    sides = right_sides(roles)
-    roles |= dict.fromkeys(sides, ("further", ""))
+    aside = right_sides(roles) | currents_beside(roles)
+    roles |= dict.fromkeys(aside, ("further", ""))
     columns = [column_of(clock.column, "time", "", raw, "")]
     for name, v in values.items():
         role, of = roles.get(name, ("constant", ""))
         remark = rate_remark(moving[of], moving[name], t) if role == "rate" else ""
         remark = step_remark(find_quantum(v) * stated_factor(name)) if role == "position" else remark
-        remark = no_reading.get(name, sides.get(name, remark))
+        remark = no_reading.get(name, aside.get(name, remark))
         remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
     signals_of = {**moving, "t": t}

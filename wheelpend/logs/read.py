@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -39,6 +40,7 @@ from wheelpend.logs.unwrap import make_continuous
 from wheelpend.numerics import last_true
 
 CLOCK_UNITS = {"micros": "us", "millis": "ms"}  # units that clocks are called after
+MINUTES_NAME = re.compile(r"(?<![a-z])min(s|utes?)?(?![a-z])")  # of a column of times
 EPOCH_S = (9.5e8, 2.5e9)  # s since 1970, of logs from the year 2000 on
 MIN_USUAL_INTERVAL_S = 1e-4  # s between samples, below which a stated unit is doubted
 MAX_CLOCK_SPREAD = 0.5  # of a usual interval, by which half of a clock's differ at most
@@ -284,6 +286,8 @@ def clock_map(name: str, values: np.ndarray) -> ColumnMap:
 
     Stamps since 1970 tell their unit, where that of the name would make a sample of microseconds.
     """
+    if MINUTES_NAME.search(name.lower()):
+        return ColumnMap(name, "s", scale=60.0)
     interval, stated = float(np.median(np.diff(values))), stated_clock_unit(name)
     if stated and interval * UNIT_CONVERSIONS[stated][1] < MIN_USUAL_INTERVAL_S:
         sizes = {unit: UNIT_CONVERSIONS[unit][1] for unit in ("s", "ms", "us", "ns")}

@@ -16,6 +16,7 @@ from wheelpend.numerics import last_true
 DIFFERENCE_ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
 VARIANCE_WINDOW_SAMPLES = 50  # samples over which a variance is taken
 IRREGULAR_SHARE = 0.01  # of the median interval, by which half of all differ where times are not taken as equal
+MAX_MISSING_SHARE = 0.01  # of the rows, beyond which the steps across those that are missing count as they are
 BURST_SIGMAS = 5.0  # standard deviations of a window's variance above the median one from which it is a burst
 MAX_PREDICTORS = 160  # past samples, of all signals together, that predict the next; the noise in n adds 1/n or so
 INPUT_GAIN_LAGS = 3  # samples of the input whose effect may depend on where the machine is
@@ -82,12 +83,13 @@ def _is_gap(t: np.ndarray) -> np.ndarray:
 
 
 def _is_regular(t: np.ndarray) -> bool:
-    """True of times (N,) in equal steps, gaps apart."""
+    """True of times (N,) in equal steps, gaps apart, but for a few rows that are missing."""
     steps = np.diff(t)
     if not steps.size:
         return True
     middle = np.median(steps)
-    return bool(np.median(np.abs(steps - middle)) <= IRREGULAR_SHARE * middle)
+    off = np.abs(steps - middle)
+    return bool(np.median(off) <= IRREGULAR_SHARE * middle and np.mean(off > 0.5 * middle) <= MAX_MISSING_SHARE)
 
 
 def _differences(signal: np.ndarray, t: np.ndarray | None, order: int) -> np.ndarray:

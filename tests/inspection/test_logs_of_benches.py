@@ -1,0 +1,154 @@
+"""Columns as small controllers print them: PID blocks, currents, minutes, gyros that hit a stop, text among numbers."""
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+
+from tests.raw_logs import write_csv
+from wheelpend.errors import Failure
+from wheelpend.inspection.first_look import first_look
+from wheelpend.inspection.kinematics import gyro_counts, times_back
+from wheelpend.inspection.survey import survey_file
+from wheelpend.logs.white_noise import white_sigma
+
+
+def motor(rows=1500, interval=0.01):
+    """Times [s], volts, places and speeds (rows,) of a motor under steps that its speed follows within 0.1 s."""
+    t = interval * np.arange(rows)
+    volts = np.repeat(np.random.default_rng(4).uniform(-8.0, 8.0, rows // 100 + 1), 100)[:rows]
+    speed = np.zeros(rows)
+    for k in range(rows - 1):
+        speed[k + 1] = speed[k] + interval / 0.1 * (12.0 * volts[k] - speed[k])
+    return t, volts, np.cumsum(speed) * interval, speed
+
+
+def columns_of(path):
+    return tomllib.loads(first_look(path).model)["columns"]
+
+
+def roles(path):
+    return {c.name: c.role for c in survey_file(path).columns}
+
+
+def test_a_set_point_of_a_speed_is_no_sensor_of_it(tmp_path):
+    t, volts, _, speed = motor()
+    log = {"ms": 1000 * t, "target_rpm": 100.0 * volts, "rpm": speed * 30.0 / math.pi, "pwm": np.round(20.0 * volts)}
+    found = columns_of(write_csv(tmp_path / "speed.csv", log))
+    assert found["theta_m"]["column"] == "rpm" and "dtheta_m" not in found
+
+
+def test_of_a_pid_block_the_input_is_read_and_the_output_drives(tmp_path):
+    t, volts, place, _ = motor()
+    log = {"Time": 1000 * t, "Setpoint": place + 0.3 * volts, "Input": place, "Output": np.round(20.0 * volts)}
+    found = columns_of(write_csv(tmp_path / "pid.csv", log))
+    assert (found["v_in"]["column"], found["theta_m"]["column"]) == ("Output", "Input")
+
+
+def test_the_terms_of_a_controller_are_no_places(tmp_path):
+    t, volts, place, _ = motor()
+    terms = {"P": 3.0 * np.sin(place) - place, "I": np.cumsum(np.cos(place)) * 0.01, "pwm": np.round(20.0 * volts)}
+    found = roles(
+        write_csv(tmp_path / "terms.csv", {"ms": 1000 * t, "setpoint": place + volts, "angle": place, **terms})
+    )
+    assert (found["angle"], found["P"], found["I"]) == ("position", "further", "further")
+
+
+def test_a_current_beside_the_voltage_is_left_and_one_alone_drives(tmp_path):
+    t, volts, place, speed = motor()
+    current = volts - speed / 12.0 + 0.01 * np.sin(40.0 * t)
+    log = {"time": t, "voltage": volts, "current": current, "position": place}
+    look = first_look(write_csv(tmp_path / "both.csv", log))
+    assert tomllib.loads(look.model)["columns"]["v_in"]["column"] == "voltage"
+    assert any("current is measured beside voltage" in s for s in look.proposal.sentences)
+    del log["voltage"]
+    log["Iq_measured"] = log.pop("current")
+    model = tomllib.loads(first_look(write_csv(tmp_path / "one.csv", log)).model)
+    assert (model["columns"]["v_in"]["column"], model["input"]["unit"]) == ("Iq_measured", "A")
+
+
+@pytest.mark.parametrize("name", ["time_min", "Time [min]", "t (minutes)"])
+def test_minutes_are_sixty_seconds(tmp_path, name):
+    t, volts, place, _ = motor()
+    path = write_csv(tmp_path / "slow.csv", {name: t / 60.0, "voltage": volts, "position": place})
+    assert first_look(path).log.t[-1] == pytest.approx(t[-1])
+
+
+def test_a_gyro_that_a_stop_turns_round_is_no_wrapped_angle(tmp_path):
+    t = 0.01 * np.arange(800)
+    rate = np.where(t < 5.0, 20.0 * np.sin(2.0 * t), 0.0)
+    rate[(t >= 4.8) & (t < 5.0)] = -330.0
+    tilt = np.cumsum(rate) * 0.01
+    log = {"time": t, "pitch_deg": tilt, "gyro_dps": rate, "enc": np.round(100 * np.sin(t)), "pwm": np.round(90 * tilt)}
+    assert roles(write_csv(tmp_path / "stop.csv", log))["gyro_dps"] == "rate"
+
+
+def test_columns_of_text_are_listed(tmp_path):
+    t, volts, place, _ = motor(300)
+    path = write_csv(tmp_path / "text.csv", {"time": t, "voltage": volts, "position": place})
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([lines[0] + ",state", *(f"{line},FWD" for line in lines[1:])]))
+    assert roles(path)["state"] == "text"
+
+
+@pytest.mark.parametrize(("cell", "said"), [(0, "Without its times"), (1, "a machine that nothing drives")])
+def test_one_bad_cell_makes_no_log_without_times_or_without_an_input(tmp_path, cell, said):
+    t, volts, place, _ = motor(300)
+    path = write_csv(tmp_path / "bad.csv", {"time_ms": 1000 * t, "pwm": np.round(20 * volts), "position": place})
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    lines[200][cell] = "I2C error"
+    path.write_text("\n".join(",".join(line) for line in lines))
+    with pytest.raises(Failure, match=said) as failure:
+        first_look(path)
+    assert "row 200" in str(failure.value)
+
+
+def robot():
+    """A body that sways and wheels that carry it; nothing more is asked of them than how the columns look."""
+    t = 0.01 * np.arange(2000)
+    tilt = 1.1 * np.sin(2.0 * t) * np.cos(0.3 * t)
+    return t, tilt, np.gradient(tilt, 0.01), np.cumsum(3.0 * np.sin(2.0 * t + 0.4)) * 0.01
+
+
+def test_an_upside_down_sensor_is_offset_by_half_a_turn_and_the_robot_stands(tmp_path):
+    t, tilt, rate, wheel = robot()
+    log = {"time": t, "pitch": 180.0 + tilt, "gyro": rate, "wheel": wheel, "voltage": np.sin(2.0 * t) + 0.1 * tilt}
+    look = first_look(write_csv(tmp_path / "over.csv", log))
+    model = tomllib.loads(look.model)
+    assert model["columns"]["theta_p"]["offset"] == pytest.approx(-math.pi, abs=1e-6)
+    assert model["columns"]["theta_p"]["unit"] == "deg" and "range" not in model.get("assumptions", {})
+    assert np.abs(look.log.measured[:, look.log.channels.index("theta_p")]).max() < 0.1
+
+
+def test_a_robot_whose_wheels_speed_alone_is_logged_has_wheels(tmp_path):
+    t, tilt, rate, wheel = robot()
+    speed = np.gradient(wheel, 0.01)
+    log = {
+        "time": t,
+        "pitch_deg": tilt,
+        "gyro_dps": rate,
+        "wheel_speed": speed,
+        "voltage": np.sin(2.0 * t) + 0.1 * tilt,
+    }
+    look = first_look(write_csv(tmp_path / "speeds.csv", log))
+    model = tomllib.loads(look.model)
+    assert model["plant"] == "wheel_pendulum" and model["columns"]["theta_w"]["column"] == "wheel_speed"
+
+
+def test_what_sways_by_forty_degrees_again_and_again_is_in_degrees():
+    sway = 1.1 * np.sin(np.linspace(0.0, 20.0 * math.pi, 2000))
+    assert times_back(sway, 0.7, 0.0) == 10 and times_back(0.5 * sway, 0.7, 0.0) == 0
+    assert times_back(np.abs(2.0 * sway), 1.6, 0.8) == 20
+
+
+def test_counts_of_a_gyro_are_known_by_how_many_are_a_degree_per_second():
+    assert [gyro_counts(f * math.degrees(1.0)) for f in (131.0, 17.0, 60.0, 1.0)] == [131.0, 16.4, 65.5, 0.0]
+
+
+def test_rows_that_are_missing_are_no_noise():
+    rng = np.random.default_rng(5)
+    t = 0.005 * np.arange(4000)
+    kept = rng.uniform(size=t.size) > 0.1
+    signal = 3.0 * np.sin(7.0 * t) + 0.001 * rng.standard_normal(t.size)
+    assert white_sigma(signal[kept], t=t[kept]) == pytest.approx(0.001, rel=0.15)
