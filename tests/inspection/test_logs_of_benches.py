@@ -11,6 +11,7 @@ from wheelpend.errors import Failure
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.kinematics import gyro_counts, times_back
 from wheelpend.inspection.survey import survey_file
+from wheelpend.logs.noise import noise_of_moving, noise_of_values
 from wheelpend.logs.white_noise import white_sigma
 
 
@@ -152,3 +153,11 @@ def test_rows_that_are_missing_are_no_noise():
     kept = rng.uniform(size=t.size) > 0.1
     signal = 3.0 * np.sin(7.0 * t) + 0.001 * rng.standard_normal(t.size)
     assert white_sigma(signal[kept], t=t[kept]) == pytest.approx(0.001, rel=0.15)
+
+
+def test_the_noise_of_a_speed_is_that_of_its_motion_however_long_it_stands():
+    rng = np.random.default_rng(6)
+    running = 20.0 + np.round(np.cumsum(rng.standard_normal(400)) * 0.01 + 0.2 * rng.standard_normal(400), 2)
+    speed = np.concatenate([running, np.zeros(1200)])
+    assert noise_of_moving(speed) == pytest.approx(0.2, rel=0.15)
+    assert noise_of_values(speed) < 0.05

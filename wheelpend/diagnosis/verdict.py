@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 
 MAX_UNKNOWN_PROBABILITY = 0.5  # that something is missing which no effect is, where it is said that nothing is
-MIN_NOTHING_PROBABILITY = 0.05  # with which nothing may be missing, where nothing is certain to be
+MIN_NOTHING_PROBABILITY = 0.1  # with which nothing may be missing, where nothing is certain to be
 CANDIDATE_COLUMNS = {**ESTIMATE_COLUMNS, "p_value": float, "probability": float}  # of tables of effects
 
 
@@ -73,6 +73,7 @@ class Diagnosis(DrawnResult):
     remainder: Remainder | None = None  # what the model leaves to chance with its own parameters refitted
     p_rest: float = field(repr=False, default=1.0)  # p-value of validation residuals being no more than noise
     structures: tuple[Structure, ...] = ()  # what may be missing, the likeliest first, once every round is known
+    p_nothing_more: float = 1.0  # with which nothing that these logs could show is missing besides what a search added
     steps: tuple[str, ...] = ()  # effects that were added in turn while the search looked for the rest
     error_with_steps: float | None = None  # that they leave
     determines_nothing: bool = False  # True where more than noise is left, and the logs determine no parameter
@@ -183,13 +184,15 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     """
     evidence = [_round_evidence(one) for one in rounds]
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
+    nothing = probability_of_nothing_seen(known, len(_standing(rounds)))
     if found.verdict == "nothing_missing" and found.problem is rounds[-1].problem and not found.named:
-        improbable = probability_of_nothing_seen(known, len(_standing(rounds))) < MIN_NOTHING_PROBABILITY
+        improbable = nothing < MIN_NOTHING_PROBABILITY
         found = replace(found, verdict="unexplained", detectable={}) if improbable else found
     if rounds[0].named and (said := _less_likely_than_nothing(rounds, known)):
         found = replace(found, warnings=(*found.warnings, said))
     likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
-    return replace(found, structures=known, candidates=tuple(replace(c, probability=p) for c, p in likely))
+    candidates = tuple(replace(c, probability=p) for c, p in likely)
+    return replace(found, structures=known, candidates=candidates, p_nothing_more=nothing)
 
 
 def _standing(rounds: Sequence[Diagnosis]) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from wheelpend.logs.coloured_noise import coloured_noise, filter_remark
 from wheelpend.logs.log import Log
+from wheelpend.logs.runs import runs_of
 from wheelpend.logs.white_noise import difference_noise, predicted_noise, white_sigma
 
 UNPREDICTED = (np.inf, 0.0)  # σ by prediction, and its relative error, where nothing was predicted
@@ -19,6 +20,7 @@ UNPREDICTED = (np.inf, 0.0)  # σ by prediction, and its relative error, where n
 # passes for scatter where a channel moves many steps, so that a stated step is believed for longer.
 MIN_SCATTER_RATIO, MIN_SCATTER_RATIO_STATED = 1.5, 3.0
 
+MIN_HELD_READINGS, MIN_MOVING_READINGS = 4, 50  # alike, of a speed at a standstill; and others that tell its noise
 WALK_S = 0.5  # s, as long as a segment, over which the sum of a speed's noise wanders
 MIN_REPEATED_SHARE = 0.5  # share of repeated readings from which their rounding errors are not independent
 MAX_COUNTS = 1e7  # steps that a quantised channel covers at most
@@ -69,6 +71,16 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
 def noise_of_values(values: np.ndarray) -> float:
     """Standard deviation of the noise of readings (N,), from their differences, at least that of rounding."""
     return max(difference_noise(values), rounding_sigma(find_quantum(values)))
+
+
+def noise_of_moving(values: np.ndarray) -> float:
+    """The same of a speed (N,) while it changes: at a standstill it repeats itself, and scatters by nothing."""
+    held = [run for run in runs_of(np.diff(values) == 0.0) if run[1] - run[0] >= MIN_HELD_READINGS]
+    moving = values.copy()
+    for begin, end in held:
+        moving[begin : end + 1] = np.nan
+    enough = np.isfinite(moving).sum() >= MIN_MOVING_READINGS
+    return max(noise_of_values(values), difference_noise(moving) if enough else 0.0)
 
 
 def channel_noise(

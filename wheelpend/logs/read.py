@@ -30,7 +30,7 @@ from wheelpend.logs.checks import (
 from wheelpend.logs.columns import DEFAULT_TABLE, ROW_NUMBER, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
-from wheelpend.logs.noise import noise_of_values
+from wheelpend.logs.noise import noise_of_moving
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.summed_speed import summed_over_time
@@ -80,7 +80,7 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     t = elapsed_seconds(raw_t, sources)
     for name in table.required[1:]:
         check_values(log_name, name, columns_by_name[name])
-    speed_noise = {n: noise_of_values(columns_by_name[n]) for n, source in sources.items() if source.is_speed}
+    speed_noise = {n: noise_of_moving(columns_by_name[n]) for n, source in sources.items() if source.is_speed}
     sum_speeds(columns_by_name, t, sources)
     for name in table.inputs:
         columns_by_name[name], remarks = held_commands(log_name, name, columns_by_name[name])
