@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import lfilter
 
+from tests.support import simulated
 from wheelpend import Model, simulate
 
 DT_S = 0.005
@@ -94,3 +95,11 @@ def balancing_robot(seed: int = 3, duration: float = 12.0) -> dict[str, np.ndarr
         "ang": -np.round(np.degrees(pitch), 2),
         "rate": -np.round(np.degrees(rate), 2),
     }
+
+
+def robot(**other: np.ndarray) -> dict[str, np.ndarray]:
+    """A simulated robot's log [rad] without noise, under names as robots have them."""
+    log = simulated(seed=3, noise=False, sample=0.01)
+    columns = dict(zip(log.channels, log.measured.T, strict=True))
+    found = {"time": log.t, "pitch": columns["theta_p"], "gyro": columns["dtheta_p"], "wheel": columns["theta_w"]}
+    return found | {"voltage": log.voltage} | other

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tests.raw_logs import driven_axis, fast_motor, swing, two_wheels, way_of, write_csv
+from tests.raw_logs import driven_axis, fast_motor, robot, swing, two_wheels, way_of, write_csv
 from tests.support import ROOT, run
 from wheelpend import Failure
 from wheelpend.inspection.angle_unit import swings_beyond_a_turn
@@ -87,6 +87,17 @@ RAW = {
     "a control error beside the reading": lambda: axis(err=0.5 - axis()["x"]),
     "a second clock": lambda: {n: v[KEPT] for n, v in axis(device_time=5.0 + 1e3 * axis()["t"]).items()},
     "a controller on the sign of the rate": sign_law,
+    "a current beside the voltage": lambda: {
+        "t": axis()["t"],
+        "voltage": axis()["u"],
+        "current": axis()["u"] - 30.0 * np.gradient(axis()["x"]),
+        "x": axis()["x"],
+    },
+    "the raw counts of a gyro": lambda: robot(gyro=131.0 * np.rad2deg(1.0) * robot()["gyro"]),
+    "a pitch sensor that is mounted upside down": lambda: robot(pitch=180.0 + np.rad2deg(robot()["pitch"])),
+    "a robot of whose wheels only the speed is logged": lambda: {
+        n: v for n, v in robot(wheel_speed=np.gradient(robot()["wheel"], robot()["time"])).items() if n != "wheel"
+    },
 }
 
 

@@ -106,7 +106,7 @@ class ShootingProblem:
             found, best = trial.states[k].copy(), trial.linearisations[k]
             then, now = before.linearisations[k].costs, best.costs
             poor = np.flatnonzero(~(now <= then) | (now > MAX_GOOD_MEAN_SQUARE * np.diff(segments.bounds)[:, 0]))
-            if not has_coupled_segments(self.module, p):
+            if len(poor) and not has_coupled_segments(self.module, p):
                 part = segments.chosen(poor)
                 for begin in (before.states[k][poor], initial_states(self.module, part)):
                     begin, _ = fit_states(self.simulator, part, begin, p, STATE_UPDATE_ROUNDS, keep_residual=False)

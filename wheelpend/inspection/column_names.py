@@ -18,6 +18,7 @@ ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
 BODY_SENSORS = ("gyro", "imu")
+BODY_ANGLES, WHEEL_WORDS = ("pitch", "tilt"), ("wheel", "motor")  # of what balances, and of what it balances on
 ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt", "angul", "angol", "winkel")  # es, pt, it, de too
 CLOCK_NAMES = ("time", "stamp", "micros", "millis")  # beginnings of words
 SECOND_NAMES = ("sec", "secs", "seconds", "msec", "usec", "nsec", "nsecs")  # whole words: no section, no second_q
@@ -145,6 +146,11 @@ def is_no_place(name: str) -> bool:
     kind = kind_by_name(name)
     called = has_word(name, RATE_NAMES) or is_acceleration(name) or is_gyro_axis(name)
     return kind == "rate" or (called and kind != "input") or (not kind and name.lower() in SHORT_INPUT_NAMES)
+
+
+def are_body_and_wheel(place: str, rate: str) -> bool:
+    """True of a place that is called after what balances, and a rate after what it balances on."""
+    return has_word(place, BODY_ANGLES) and has_word(rate, WHEEL_WORDS)
 
 
 def is_of_joint_states(name: str) -> bool:

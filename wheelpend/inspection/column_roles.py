@@ -15,6 +15,7 @@ from wheelpend.inspection.column_names import (
     DUTY_NAMES,
     ERROR_NAMES,
     REFERENCE_NAMES,
+    are_body_and_wheel,
     contains,
     controller_terms,
     has_word,
@@ -158,7 +159,7 @@ def possible_rates(names: list[str]) -> list[tuple[str, str]]:
     measured = [n for n in names if not contains(n, REFERENCE_NAMES)]
     places = [n for n in measured if not is_no_place(n)]
     able = [n for n in measured if kind_by_name(n) != "position" and not has_word(n, ERROR_NAMES)]
-    return [(a, b) for a in places for b in able if a != b]
+    return [(a, b) for a in places for b in able if a != b and not are_body_and_wheel(a, b)]
 
 
 def rates_by_sum(names: list[str], values: dict[str, np.ndarray], t: np.ndarray) -> dict[str, tuple[str, str]]:

@@ -12,6 +12,7 @@ from wheelpend.errors import Failure
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
     REFERENCE_NAMES,
+    are_body_and_wheel,
     contains,
     has_word,
     inputs_among,
@@ -54,7 +55,6 @@ from wheelpend.logs.unwrap import whole_turn
 USUAL_INTERVAL_S = 1e-3  # from row to row, of a file that says nothing of its times
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
 OUTPUT_NAMES = ("y", "yk", "y_k", "y(k)", "out", "output", "response", "measured", "measurement")
-BODY_ANGLES, WHEEL_WORDS = ("pitch", "tilt"), ("wheel", "motor")  # of what balances, and of what it balances on
 SUMMED_PLACE = "place"  # what a speed comes to that is summed over time
 
 
@@ -194,7 +194,7 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
     speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
     speed = speed or following_speed(as_read, values) or swinging_gyro(as_read, values)
     others = [n for n in as_read.of_role("position") if n != speed]
-    beside_body = len(others) == 1 and has_word(others[0], BODY_ANGLES) and has_word(speed, WHEEL_WORDS)
+    beside_body = len(others) == 1 and are_body_and_wheel(others[0], speed)
     if not speed or SUMMED_PLACE in values or (others and not beside_body):
         return as_read
     rest = {n: v for n, v in values.items() if n != speed and not is_of_right_wheel(n, values)}
