@@ -38,7 +38,7 @@ def test_a_push_is_located_and_sized_from_one_linearisation(pushed):
     assert found.start["external_push.start"] == pytest.approx(2.5, abs=0.1)
     assert found.start["external_push.end"] == pytest.approx(3.3, abs=0.1)
     assert found.start["external_push.torque"] == pytest.approx(0.2, rel=0.2)
-    assert found.trials == 59 * 60 // 2 - 1  # of segments of a tenth of a second, after the first 0.15 s; not all
+    assert found.trials == 59 * 60 // 2  # of segments of a tenth of a second, after the first 0.15 s
 
 
 def test_an_expected_gain_is_what_the_sum_of_squares_falls_by_in_variances_of_the_residual(pushed):

@@ -193,8 +193,8 @@ def told_with_structures(nats, verdict="nothing_missing", after_another=False, b
     )
     fields = {"verdict": verdict, "by_likelihood": by_likelihood, "named": (), "detectable": {"slope": {}},
               "warnings": (), "problem": problem}  # fmt: skip
-    blank = make_dataclass("Blank", [*fields, "structures", "candidates", "p_nothing_more"])(
-        *fields.values(), (), (), 1.0
+    blank = make_dataclass("Blank", [*fields, "structures", "candidates", "is_doubtful"])(
+        *fields.values(), (), (), False
     )
     better = SimpleNamespace(effect="other_1", evidence=np.full(20, 3.0), is_possible=True)
     takes = SimpleNamespace(
@@ -259,8 +259,8 @@ def test_an_effect_that_is_less_likely_than_nothing_is_named_with_a_warning(nats
     problem = SimpleNamespace(replaced=lambda name: (), candidates=lambda: [SimpleNamespace(name="link_scale"), *rest])
     searched = SimpleNamespace(refitted=(tried,), named=(tried,), problem=problem, p_value_of_rest=1.0)
     fields = {"verdict": "effect_missing", "by_likelihood": True, "named": (tried,), "warnings": ("a gap",)}
-    blank = make_dataclass("Blank", [*fields, "structures", "candidates", "p_nothing_more"])(
-        *fields.values(), (), (), 1.0
+    blank = make_dataclass("Blank", [*fields, "structures", "candidates", "is_doubtful"])(
+        *fields.values(), (), (), False
     )
     found = with_structures(blank, [searched, SimpleNamespace(**{**vars(searched), "named": (), "refitted": ()})])
     assert found.warnings[0] == "a gap" and found.verdict == "effect_missing"

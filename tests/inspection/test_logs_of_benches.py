@@ -130,7 +130,7 @@ def test_what_sways_by_forty_degrees_again_and_again_is_in_degrees():
 
 
 def test_counts_of_a_gyro_are_known_by_how_many_are_a_degree_per_second():
-    assert [gyro_counts(f * math.degrees(1.0)) for f in (131.0, 17.0, 60.0, 1.0)] == [131.0, 16.4, 65.5, 0.0]
+    assert [gyro_counts(f * math.degrees(1.0)) for f in (131.0, 17.0, 64.0, 1.0, 17.5)] == [131.0, 16.4, 65.5, 0.0, 0.0]
 
 
 def test_rows_that_are_missing_are_no_noise():

@@ -158,12 +158,12 @@ def test_the_likeliest_of_what_is_no_chance_is_told(left, text):
 )
 def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_bound, slow):
     left = Remainder({} if share is None else {"wheel": force(share=share, at_bound=at_bound)})
-    last = SimpleNamespace(by_likelihood=True, named=(), remainder=left, determines_nothing=False, p_nothing_more=1.0)
+    last = SimpleNamespace(by_likelihood=True, named=(), remainder=left, determines_nothing=False, is_doubtful=False)
     said = closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing"))
     assert ("so slow that these logs do not tell chance from a law" in said) == slow
     assert ("no law of these signals predicts it" in said) == (not slow and share is not None)
     assert said.startswith("Nothing more that repeats is missing; " if share else "Nothing more is missing.")
-    found = SimpleNamespace(error=29.6, noise_floor=1.0, verdict="nothing_missing", remainder=left, p_nothing_more=1.0)
+    found = SimpleNamespace(error=29.6, noise_floor=1.0, verdict="nothing_missing", remainder=left, is_doubtful=False)
     assert ("so slow that" in verdict_beside_force_text(found)) == slow
     last.remainder = replace(left, instead=("viscous_drive",))
     said = closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing"))
@@ -174,14 +174,14 @@ def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_
 def test_where_an_effect_is_likelier_than_none_no_sentence_says_that_nothing_is_missing():
     last = SimpleNamespace(
         by_likelihood=True, named=(), remainder=Remainder({"wheel": force(share=0.2)}), determines_nothing=False,
-        error=3.0, noise_floor=1.0, verdict="nothing_missing", refitted=(), structures=(), p_nothing_more=0.4,
+        error=3.0, noise_floor=1.0, verdict="nothing_missing", refitted=(), structures=(), is_doubtful=True,
     )  # fmt: skip
     for said in (
         closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing")),
         verdict_beside_force_text(last),
     ):
-        assert "likelier that one is than not" in said and "Nothing" not in said
-    last.p_nothing_more = 0.6
+        assert "likelier that one is than that none is" in said and "Nothing" not in said
+    last.is_doubtful = False
     assert closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing")).startswith(
         "Nothing more that repeats"
     )
@@ -241,7 +241,7 @@ def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
         last = SimpleNamespace(
             by_likelihood=by_likelihood, named=(), refitted=(),
             remainder=left or Remainder({"wheel": force(share=share)}),
-            error=error, noise_floor=1.0, structures=(), leaves_unknown=False, p_nothing_more=1.0,
+            error=error, noise_floor=1.0, structures=(), leaves_unknown=False, is_doubtful=False,
             determines_nothing=determines_nothing,
             problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip

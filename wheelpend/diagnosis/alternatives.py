@@ -53,7 +53,7 @@ def promising_events(found: Diagnosis) -> dict[str, list[EventCandidate]]:
     events = find_events(problem, found.fit, error)
     excess = max(1.0 - (problem.floor / error) ** 2, 0.0) * found.fit.count  # sum of squares above the noise
     enough = max(MIN_EVENT_GAIN, MIN_EVENT_GAIN_SHARE * excess)
-    events = [e for e in events if e.gain > max(enough, min_gain(problem, found.fit, error, e.effect))]
+    events = [e for e in events if e.gain_by_time > max(enough, min_gain(problem, found.fit, error, e.effect))]
     return {e.effect.name: [other for other in events if other.effect == e.effect] for e in events}
 
 

@@ -43,6 +43,12 @@ class EventCandidate(NamedTuple):
     gain: float  # expected fall of the sum of squares, in noise variances
     trials: int  # number of places that were compared
     values: dict[str, float]  # of other parameters, at which it was found
+    throughout: float = 0.0  # what of that gain the same would bring that lasts for the whole log
+
+    @property
+    def gain_by_time(self) -> float:
+        """Expected fall of the sum of squares because it lasts for a time: what acts all the time is no event."""
+        return self.gain - self.throughout
 
 
 class EventInformation(NamedTuple):
@@ -102,17 +108,17 @@ def locate_event(
     information = event_information(problem, segments, values, effect, fitted.names)
     count = len(bounds)
     begin, end = np.triu_indices(count + 1, 1)
-    once = (begin > 0) | (end < count)  # what acts all the time is no event
-    begin, end = begin[once], end[once]
     if len(times) == 1:  # it lasts to the end of the log
         begin, end = np.arange(1, count), np.full(count - 1, count)
     pull, weight = information.between(begin, end)
     best = int(np.argmax(pull**2 / weight))
+    lasting, weight_of_all = information.between(np.array([0]), np.array([count]))
+    throughout = float(lasting[0] ** 2 / weight_of_all[0]) / information.noise
     middle = 0.5 * (log.t[bounds[:, 0]] + log.t[bounds[:, 1] - 1])
     start = dict(zip(times, [float(middle[begin[best]]), float(middle[end[best] - 1])], strict=False))
     start |= dict.fromkeys(linear_names(effect), float(pull[best] / weight[best]))
     gain = float(pull[best] ** 2 / weight[best]) / information.noise
-    return EventCandidate(effect, number, start, gain, len(begin), dict(origin))
+    return EventCandidate(effect, number, start, gain, len(begin), dict(origin), throughout)
 
 
 def event_information(

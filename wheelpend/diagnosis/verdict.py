@@ -25,6 +25,7 @@ from wheelpend.diagnosis.structures import (
     probability_of,
     probability_of_none,
     probability_of_nothing_seen,
+    probability_outside,
     structures,
 )
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
@@ -73,7 +74,7 @@ class Diagnosis(DrawnResult):
     remainder: Remainder | None = None  # what the model leaves to chance with its own parameters refitted
     p_rest: float = field(repr=False, default=1.0)  # p-value of validation residuals being no more than noise
     structures: tuple[Structure, ...] = ()  # what may be missing, the likeliest first, once every round is known
-    p_nothing_more: float = 1.0  # with which nothing that these logs could show is missing besides what a search added
+    is_doubtful: bool = False  # True where it is likelier that one more effect is missing than that none is
     steps: tuple[str, ...] = ()  # effects that were added in turn while the search looked for the rest
     error_with_steps: float | None = None  # that they leave
     determines_nothing: bool = False  # True where more than noise is left, and the logs determine no parameter
@@ -192,7 +193,9 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
         found = replace(found, warnings=(*found.warnings, said))
     likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
     candidates = tuple(replace(c, probability=p) for c, p in likely)
-    return replace(found, structures=known, candidates=candidates, p_nothing_more=nothing)
+    return replace(
+        found, structures=known, candidates=candidates, is_doubtful=1.0 - nothing - probability_outside(known) > nothing
+    )
 
 
 def _standing(rounds: Sequence[Diagnosis]) -> list[str]:

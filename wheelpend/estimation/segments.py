@@ -25,7 +25,12 @@ class Segments:
     @property
     def values(self) -> int:
         """Number of measured values in the segments."""
-        return int(sum(np.isfinite(self.log.measured[a:b]).sum() for a, b in self.bounds))
+        return int(self.counts.sum())
+
+    @cached_property
+    def counts(self) -> np.ndarray:
+        """Number of measured values in each segment (segments,)."""
+        return np.array([np.isfinite(self.log.measured[a:b]).sum() for a, b in self.bounds], dtype=np.int64)
 
     def chosen(self, places: np.ndarray) -> Segments:
         """The segments at these places among them."""

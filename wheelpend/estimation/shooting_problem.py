@@ -99,24 +99,35 @@ class ShootingProblem:
 
         Fitted from where they began before, or from what was measured. Where dry friction holds a segment says next to
         nothing of the speed with which it begins, and its linear step leads anywhere; that of the parameters is not
-        the worse for it. Segments of a coupled model stay as they are.
+        the worse for it. But where more than half of the segments fit worse, it is. Segments of a coupled model stay as
+        they are.
         """
-        parameters, states, linearisations = self.parameters_at(trial.theta), [], []
-        for k, (segments, p) in enumerate(zip(self.segments, parameters, strict=True)):
-            found, best = trial.states[k].copy(), trial.linearisations[k]
-            then, now = before.linearisations[k].costs, best.costs
-            poor = np.flatnonzero(~(now <= then) | (now > MAX_GOOD_MEAN_SQUARE * np.diff(segments.bounds)[:, 0]))
-            if len(poor) and not has_coupled_segments(self.module, p):
-                part = segments.chosen(poor)
-                for begin in (before.states[k][poor], initial_states(self.module, part)):
-                    begin, _ = fit_states(self.simulator, part, begin, p, STATE_UPDATE_ROUNDS, keep_residual=False)
-                    again = self.simulator.shoot(part, begin, p, self.columns, keep_residual=False)
-                    better = ~(again.costs >= best.costs[poor])
-                    found[poor[better]] = begin[better]
-                    best = best.with_segments(again, poor[better], better)
-            states.append(found)
-            linearisations.append(best)
-        return LinearisedPoint(trial.theta, states, linearisations)
+        pairs = list(zip(before.linearisations, trial.linearisations, strict=True))
+        worse = [~(now.costs <= then.costs) for then, now in pairs]
+        if 2 * sum(map(np.count_nonzero, worse)) > sum(map(len, worse)):
+            return trial
+        settled = [
+            self._settled_log(k, trial, before.states[k], worse[k], p)
+            for k, p in enumerate(self.parameters_at(trial.theta))
+        ]
+        return LinearisedPoint(trial.theta, [states for states, _ in settled], [found for _, found in settled])
+
+    def _settled_log(
+        self, number: int, trial: LinearisedPoint, begun: np.ndarray, worse: np.ndarray, parameters: np.ndarray
+    ) -> tuple[np.ndarray, ShootingLinearisation]:
+        """Initial states and linearisation of one log of a trial, which may begin as before (segments, NX)."""
+        segments, found, best = self.segments[number], trial.states[number].copy(), trial.linearisations[number]
+        poor = np.flatnonzero(worse | (best.costs > MAX_GOOD_MEAN_SQUARE * segments.counts))
+        if not len(poor) or has_coupled_segments(self.module, parameters):
+            return found, best
+        part = segments.chosen(poor)
+        for begin in (begun[poor], initial_states(self.module, part)):
+            begin, _ = fit_states(self.simulator, part, begin, parameters, STATE_UPDATE_ROUNDS, keep_residual=False)
+            again = self.simulator.shoot(part, begin, parameters, self.columns, keep_residual=False)
+            better = again.costs < np.nan_to_num(best.costs[poor], nan=np.inf)
+            found[poor[better]] = begin[better]
+            best = best.with_segments(again, poor[better], better)
+        return found, best
 
     def reduce(self, point: LinearisedPoint, damping: float = 0.0) -> ReducedEquations:
         """Normal equations of θ alone, the initial states eliminated."""

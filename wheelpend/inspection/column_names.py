@@ -29,8 +29,8 @@ SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that 
 LEFT_OF_RIGHT = {"right": "left", "r": "l"}
 WHEEL_NAMES = ("wheel", "motor", "enc", "tick", "count", "pulse", "pwm", "duty")
 DUTY_NAMES = ("duty", "pwm")
-PID_SIGNALS = ("setpoint", "input", "output")  # of the block that Arduino's library has
-TERM_NAME = re.compile(r"(p|i|d)([ _]?(term|part|out|gain))?|(prop|integ|deriv)[a-z]*")  # of a controller's sum
+PID_SIGNALS = ("Setpoint", "Input", "Output")
+TERM_NAME = re.compile(r"[PID]|[pid][ _]?(term|part|out)|prop(ortional)?|integral|deriv(ative)?")  # of a sum
 CURRENT_WORD = "iq"  # of a motor, in the frame of its rotor
 NUMBER_OR_SIDE = re.compile(r"(\d+|_[lr]|_left|_right)$")  # u1, u_L: of one of several
 EFFORT_NAMES = (
@@ -186,12 +186,11 @@ def is_increment(name: str) -> bool:
 
 
 def pid_block(names: Sequence[str]) -> dict[str, str]:
-    """Columns called as the signals of a PID block are, by setpoint, input and output; nothing without all three.
+    """Columns called as the variables of Arduino's PID block, by setpoint, input and output; nothing without all three.
 
-    Its input is what the block reads, and its output the command.
+    Its input is what the block reads, and its output the command. In small letters they may be a machine's own.
     """
-    found = {n.strip().lower(): n for n in names}
-    return {signal: found[signal] for signal in PID_SIGNALS} if found.keys() >= set(PID_SIGNALS) else {}
+    return {signal.lower(): signal for signal in PID_SIGNALS} if set(names) >= set(PID_SIGNALS) else {}
 
 
 def is_of_current(name: str) -> bool:
@@ -201,7 +200,7 @@ def is_of_current(name: str) -> bool:
 
 def controller_terms(names: Sequence[str]) -> list[str]:
     """Columns that are the terms of a controller: two or more called P, I or D beside a set point or an error."""
-    terms = [n for n in names if TERM_NAME.fullmatch(n.strip().lower())]
+    terms = [n for n in names if TERM_NAME.fullmatch(n.strip())]
     controlled = any(contains(n, REFERENCE_NAMES) or has_word(n, ERROR_NAMES) for n in names)
     return terms if controlled and len(terms) > 1 else []
 
@@ -232,7 +231,8 @@ def is_likely_input(name: str) -> bool:
         return True
     return (
         name.lower() in VOLTAGE_NAMES
-        or contains(name, ("cmd", "motor", "ctrl", "control"))
+        or contains(name, ("cmd", "motor", "ctrl"))
+        or words[-1:] == ["control"]
         or has_word(name, EFFORT_NAMES)
     )
 

@@ -25,6 +25,7 @@ from wheelpend.inspection.column_names import (
     is_command,
     is_likely_input,
     is_no_place,
+    is_of_current,
     kind_by_name,
     left_name,
     may_be_sensor,
@@ -42,6 +43,7 @@ from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
 from wheelpend.logs.units import words_of
 from wheelpend.logs.white_noise import difference_noise
 
+COMMAND_WORDS = ("cmd", "command", "set", "ref", "target", "desired")  # of a current that is told, not measured
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
 MAX_ALIKE_RATIO, MAX_ALIKE_MISFIT = 2.0, 0.01  # of misfits, up to which names tell which place a rate is of
@@ -59,7 +61,7 @@ def right_sides(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
     or something that may be read at the body and is no place.
     """
     lefts = {(tuple(words_of(n)), role): n for n, (role, _) in roles.items()}
-    found = {n: lefts[key] for n, (role, _) in roles.items() if (key := (left_name(n), role)) in lefts}
+    found = {n: lefts[key] for n, (role, _) in roles.items() if (key := (left_name(n), role)) in lefts and key[0]}
     places = [n for n, (role, _) in roles.items() if role == "position"]
     of_body = [n for n, (role, _) in roles.items() if role == "further" and has_word(n, (*ANGLE_NAMES, *BODY_SENSORS))]
     alone = [n for n, (role, _) in roles.items() if role == "input" and n not in found and left_name(n)]
@@ -76,7 +78,7 @@ def right_sides(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
 def currents_beside(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
     """Currents of one motor whose voltage or duty is logged too, with a sentence: what is told to it drives it."""
     inputs = [n for n, (role, _) in roles.items() if role == "input"]
-    currents = [n for n in inputs if suggested_input_base(n) == "A"]
+    currents = [n for n in inputs if suggested_input_base(n) == "A" and not has_word(n, COMMAND_WORDS)]
     told = [n for n in inputs if suggested_input_base(n) == "V" or has_word(n, DUTY_NAMES)]
     if not currents or len(told) != 1 or [role for role, _ in roles.values()].count("position") != 1:
         return {}
@@ -113,6 +115,7 @@ def roles_of(
     seldom = {n for n in values if signals is not None and n not in signals.channels}
     terms = controller_terms(list(values))
     free = [n for n in values if n not in roles and n not in seldom and n not in terms and may_be_sensor(n)]
+    free = [n for n in free if not is_of_current(n)]  # the set point of one
     roles |= rates_by_sum(free, values, t) if signals is None else rates_among(free, signals)
     if not any(r == "input" for r, _ in roles.values()):
         roles |= {n: ("input", "") for n in free if is_likely_input(n) and n not in roles}
@@ -209,8 +212,8 @@ def references_among(names: list[str], values: dict[str, np.ndarray]) -> dict[st
         apart = values[a] - values[b]
         known = np.isfinite(apart)
         close = known.any() and np.mean(apart[known] ** 2) < MAX_FOLLOWING_SHARE * np.nanvar(values[a])
-        sides = left_name(a) == tuple(words_of(b)) or left_name(b) == tuple(words_of(a))  # two wheels that run alike
-        if not close or sides or a in found or b in found:
+        sides = any(words and words == tuple(words_of(n)) for n, words in ((b, left_name(a)), (a, left_name(b))))
+        if not close or sides or a in found or b in found:  # two wheels run alike
             continue
         smoother = difference_noise(values[b][known]) < MAX_COPY_ROUGHNESS * difference_noise(values[a][known])
         lead = lead_samples(values[a], values[b])

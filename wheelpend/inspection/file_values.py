@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from wheelpend.errors import BadCell, Failure
-from wheelpend.inspection.column_names import is_called_rate, is_command, kind_by_name, stated_factor
+from wheelpend.inspection.column_names import is_command, is_no_place, kind_by_name, stated_factor
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE, find_outliers, without_outliers
@@ -42,32 +42,17 @@ def numeric_columns(path: Path, file: Table) -> dict[str, np.ndarray]:
     return read(found)
 
 
-def columns_with_bad_cells(file: Table, read: Collection[str]) -> dict[str, str]:
-    """Columns of numbers that cannot be read, besides those that were, with a sentence on the cell that is to blame."""
-    found = {}
-    for name in file.names:
+def unread_columns(file: Table, read: Collection[str]) -> tuple[dict[str, str], list[str]]:
+    """Columns besides those read: those of numbers, with a sentence on the cell that is to blame, and those of text."""
+    broken, text = {}, []
+    for name in (n for n in file.names if n not in read):
         try:
-            if name not in read:
-                file.read([name])
+            file.read([name])
         except BadCell as failure:
-            found[name] = f"{failure} The whole column is left out: mend or remove that row."
-        except Failure:  # text, which no quantity is
-            continue
-    return found
-
-
-def columns_of_text(file: Table, read: Collection[str]) -> list[str]:
-    """Columns that hold no numbers at all, besides those that were read."""
-    found = []
-    for name in file.names:
-        try:
-            if name not in read:
-                file.read([name])
-        except BadCell:
-            continue
-        except Failure:
-            found.append(name)
-    return found
+            broken[name] = f"{failure} The whole column is left out: mend or remove that row."
+        except Failure:  # no numbers at all
+            text.append(name)
+    return broken, text
 
 
 def moving_columns(path: Path, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -87,7 +72,7 @@ def moving_columns(path: Path, values: Mapping[str, np.ndarray]) -> dict[str, np
 def analysed(name: str, t: np.ndarray, values: Mapping[str, np.ndarray]) -> Log:
     """A log of columns (N,) at times (N,) [s] for analysis: in SI units by their names, without spikes and wraps."""
     columns = [
-        v * stated_factor(n) if is_called_rate(n) else continuous(v * stated_factor(n), None if is_command(n) else v)
+        v * stated_factor(n) if is_no_place(n) else continuous(v * stated_factor(n), None if is_command(n) else v)
         for n, v in values.items()
     ]
     log = Log(name, t, np.zeros(len(t)), np.column_stack(columns), tuple(values), rates={})

@@ -29,7 +29,7 @@ from wheelpend.logs.unwrap import TURNS, count_wraps, unwrapped
 
 MAX_RATE_NOISE_SHARE = 2e-4  # unexplained share up to which noise, fed back by the controller, cannot look like a shift
 GYRO_COUNTS_PER_DEG_S = (131.0, 65.5, 32.8, 16.4)  # of 16 bits for ±250, ±500, ±1000 and ±2000 deg/s (MPU-6050)
-GYRO_TOLERANCE = 0.1  # by which they may be off: an angle's scale is not exact
+GYRO_TOLERANCE = 0.05  # by which they may be off: an angle's scale is not exact; 1000 is another unit
 SWAY_RAD, MIN_SWAYS = 0.7, 3  # 40° on either side, and so often there and back: nothing balances so
 MIN_RATE_CORRELATION = 0.8  # correlation of a rate and the derivative of its angle from which they are compared
 ANGLE_SCALES = (1.0, DEGREES_PER_RADIAN, 1 / DEGREES_PER_RADIAN)  # of a rate against its angle: units of either

@@ -16,7 +16,7 @@ from wheelpend.numerics import first_order_lag
 PWM_LIMITS = (100, 127, 255, 400, 500, 1000, 1023, 2047, 4095, 8191, 10000, 32767)  # full scale of common timers
 MIN_REACHED_SHARE = 0.9  # of a full scale that a command reaches where nothing clips it before
 MIN_PWM_PEAK = 30.0  # whole numbers up to which an input may as well be volts
-OFFSET_SHARE = 0.5  # of its largest value, from which on a command's least has its zero elsewhere
+MIN_ACCELERATION_SHARE, ACCELERATION_S = 0.3, 0.05  # of an acceleration's variance over s, that a signed command tells
 ACTING_SHARE = 0.1  # of its largest value, from which on an input acts
 MIN_WAY_BACK_SHARE = 0.1  # of a place's way, against an input that acts one way only: a brake takes less
 LEVEL_LAGS = (0, 1, 2, 4, 8, 16, 32)  # samples in which a speed follows its command
@@ -91,14 +91,25 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
         speed_unit = {"rad": "rad/s", "m": "m/s"}[table.units[places[0]]]
         cure = f'If it is one, say so in [columns] with unit = "{speed_unit}": it is then summed over the time.'
         return [Finding("speed", places[0], sentence, cure, None)]
-    if np.nanmin(log.voltage) > OFFSET_SHARE * np.nanmax(log.voltage):  # a size comes to zero where it turns round
-        return []
+    if acceleration_share(log.t[both], log.voltage[both], place[both]) > MIN_ACCELERATION_SHARE:
+        return []  # its zero is elsewhere: a size pushes now one way, now the other
     sentence = (f"{name} is never negative, but {places[0]} moves both ways while it acts ({share:.2g} % of the way "
                 "against the rest): the log has the command's size without its direction.")  # fmt: skip
     cure = ("Log the direction pin too, and give the command its sign by it; no motor can be found before. What pushes "
             "one way only, against a weight or a spring, has none. "
             f"If {places[0]} is a speed, say so by its unit.")  # fmt: skip
     return [Finding("rectified", name, sentence, cure, None)]
+
+
+def acceleration_share(t: np.ndarray, command: np.ndarray, place: np.ndarray) -> float:
+    """Share of the variance of a place's acceleration (N,) that a command (N,) tells in proportion, both smoothed."""
+    width = max(3, round(ACCELERATION_S / max(float(np.median(np.diff(t))), 1e-300))) if len(t) > 1 else 3
+    if len(t) < 8 * width:
+        return 0.0
+    speed = (place[2 * width :] - place[: -2 * width]) / (2 * width)
+    acceleration = (speed[2 * width :] - speed[: -2 * width]) / (2 * width)
+    means = np.convolve(command, np.ones(2 * width) / (2 * width), "same")[2 * width : -2 * width]
+    return float(share_in_common(means, acceleration))
 
 
 def level_share(command: np.ndarray, values: np.ndarray) -> float:

@@ -15,7 +15,6 @@ from wheelpend.inspection.column_names import (
     are_body_and_wheel,
     contains,
     has_word,
-    inputs_among,
     is_acceleration,
     is_called_rate,
     is_called_time,
@@ -32,10 +31,9 @@ from wheelpend.inspection.column_roles import currents_beside, held_inputs, is_u
 from wheelpend.inspection.counters import coordinates_among, copies_among, replaced_clock
 from wheelpend.inspection.file_values import (
     analysed,
-    columns_of_text,
-    columns_with_bad_cells,
     moving_columns,
     numeric_columns,
+    unread_columns,
 )
 from wheelpend.inspection.own_clock import beside_clock, clock_seconds, own_clock
 from wheelpend.inspection.rate_origin import COMPUTED, COUNTS_ENDING, rate_remark, step_remark
@@ -46,7 +44,7 @@ from wheelpend.logs.columns import ROW_NUMBER, ColumnMap
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.log import gapless_ranges
 from wheelpend.logs.noise import find_quantum
-from wheelpend.logs.read import open_file
+from wheelpend.logs.read import clock_rank, open_file
 from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import check_length, scalars_of
 from wheelpend.logs.units import speed_unit, words_of
@@ -150,9 +148,10 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
         raise Failure(f"{path.name}: a log must have columns of numbers; it has none. It needs a header row and "
                       "one row per sample.")  # fmt: skip
     check_length(path.name, len(next(iter(values.values()))))
-    broken = columns_with_bad_cells(file, list(values))
+    broken, texts = unread_columns(file, list(values))
     stamps = None if interval else own_clock(path, file, values)
-    require_readable_clock(path, broken, stamps, interval)
+    if not interval and not (stamps and clock_rank(np.diff(values[stamps.column])) < 2):
+        require_readable_clock(path, broken)
     values = {n: v for n, v in values.items() if not interval or not is_called_time(n)} or values
     clock = stamps or ColumnMap(ROW_NUMBER, "s", scale=interval or USUAL_INTERVAL_S)
     raw = values.pop(clock.column, None)
@@ -162,24 +161,21 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     found = with_summed_speed(surveyed(path, clock, raw, values, times), path, raw, values)
     require_readable_input(path, broken, found)
     unread = [FileColumn(name, "unread", "", np.nan, np.nan, 0.0, text) for name, text in broken.items()]
-    texts = columns_of_text(file, [c.name for c in (*found.columns, *unread)])
-    text = [FileColumn(name, "text", "", np.nan, np.nan, 0.0, "") for name in texts if name not in values]
+    text = [FileColumn(name, "text", "", np.nan, np.nan, 0.0, "") for name in texts]
     return found._replace(columns=(*found.columns, *unread, *text))
 
 
-def require_readable_clock(
-    path: Path, broken: Mapping[str, str], stamps: ColumnMap | None, interval: float | None
-) -> None:
-    """Raise Failure where the column that is called the time cannot be read, and nothing else says when rows were."""
+def require_readable_clock(path: Path, broken: Mapping[str, str]) -> None:
+    """Raise Failure where the column that is called the time cannot be read; nothing else in the file is a clock."""
     clock = next((name for name in broken if is_called_time(name)), "")
-    if clock and not interval and not (stamps and is_called_time(stamps.column)):
+    if clock:
         raise Failure(f"{broken[clock]} Without its times a log tells no rate: {path.name} needs them, or the seconds "
                       "from row to row (--interval).")  # fmt: skip
 
 
 def require_readable_input(path: Path, broken: Mapping[str, str], found: Survey) -> None:
     """Raise Failure where the column that is called the input cannot be read, and no other is one."""
-    lost = "" if found.of_role("input") else next((n for n in broken if inputs_among([n])), "")
+    lost = "" if found.of_role("input") else next((n for n in broken if is_command(n)), "")
     if lost:
         raise Failure(f"{broken[lost]} Without its input {path.name} is the log of a machine that nothing drives.")
 
@@ -191,10 +187,13 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
     motor's speed does: a place that is called an increment is none. Or it is what a gyro reads on what nothing drives.
     A body that balances has a place, and so have the wheels whose speed alone is logged beside it.
     """
-    speed = next((c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)), "")
+    places = as_read.of_role("position")
+    speeds = [c.name for c in as_read.columns if c.role == "further" and may_be_summed(c.name)]
+    of_wheels = [n for n in speeds if len(places) == 1 and are_body_and_wheel(places[0], n)]
+    speed = next(iter(of_wheels or speeds), "")
     speed = speed or following_speed(as_read, values) or swinging_gyro(as_read, values)
-    others = [n for n in as_read.of_role("position") if n != speed]
-    beside_body = len(others) == 1 and are_body_and_wheel(others[0], speed)
+    others = [n for n in places if n != speed]
+    beside_body = speed in of_wheels and as_read.of_role("input")
     if not speed or SUMMED_PLACE in values or (others and not beside_body):
         return as_read
     rest = {n: v for n, v in values.items() if n != speed and not is_of_right_wheel(n, values)}

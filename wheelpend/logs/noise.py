@@ -76,7 +76,7 @@ def noise_of_values(values: np.ndarray) -> float:
 def noise_of_moving(values: np.ndarray) -> float:
     """The same of a speed (N,) while it changes: at a standstill it repeats itself, and scatters by nothing."""
     held = [run for run in runs_of(np.diff(values) == 0.0) if run[1] - run[0] >= MIN_HELD_READINGS]
-    moving = values.copy()
+    moving = np.array(values, dtype=float)
     for begin, end in held:
         moving[begin : end + 1] = np.nan
     enough = np.isfinite(moving).sum() >= MIN_MOVING_READINGS

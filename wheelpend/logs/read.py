@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,12 +34,12 @@ from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
-from wheelpend.logs.units import UNIT_CONVERSIONS, unit_ending
+from wheelpend.logs.units import UNIT_CONVERSIONS, unit_ending, words_of
 from wheelpend.logs.unwrap import make_continuous
 from wheelpend.numerics import last_true
 
 CLOCK_UNITS = {"micros": "us", "millis": "ms"}  # units that clocks are called after
-MINUTES_NAME = re.compile(r"(?<![a-z])min(s|utes?)?(?![a-z])")  # of a column of times
+MINUTES = (["min"], ["mins"], ["minute"], ["minutes"])  # last words of a column of times
 EPOCH_S = (9.5e8, 2.5e9)  # s since 1970, of logs from the year 2000 on
 MIN_USUAL_INTERVAL_S = 1e-4  # s between samples, below which a stated unit is doubted
 MAX_CLOCK_SPREAD = 0.5  # of a usual interval, by which half of a clock's differ at most
@@ -282,13 +281,13 @@ def step_spread(steps: np.ndarray) -> float:
 
 
 def clock_map(name: str, values: np.ndarray) -> ColumnMap:
-    """A column of times (N,) with the unit of its name, or else of the interval between its samples.
+    """A column of times (N,) with the unit of its name, minutes too, or else of the interval between its samples.
 
     Stamps since 1970 tell their unit, where that of the name would make a sample of microseconds.
     """
-    if MINUTES_NAME.search(name.lower()):
-        return ColumnMap(name, "s", scale=60.0)
     interval, stated = float(np.median(np.diff(values))), stated_clock_unit(name)
+    if not stated and words_of(name)[-1:] in MINUTES:
+        return ColumnMap(name, "s", scale=60.0)
     if stated and interval * UNIT_CONVERSIONS[stated][1] < MIN_USUAL_INTERVAL_S:
         sizes = {unit: UNIT_CONVERSIONS[unit][1] for unit in ("s", "ms", "us", "ns")}
         since_1970 = (u for u, size in sizes.items() if EPOCH_S[0] < values[0] * size < EPOCH_S[1])

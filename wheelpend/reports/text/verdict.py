@@ -47,8 +47,8 @@ UNCERTAIN_SENTENCE = (
     "are likely, and a longer log with more motion will tell."
 )
 DOUBTFUL_SENTENCE = (
-    "No effect is certain to be missing, but it is likelier that one is than not: the probabilities say which ones, "
-    "and a longer log with more motion will tell."
+    "No effect is certain to be missing, but it is likelier that one is than that none is: the probabilities say which "
+    "ones, and a longer log with more motion will tell."
 )
 UNKNOWN_LAW_SENTENCE = (
     "What is left is rather a law of these signals than chance, but no function of them is certain to be it: a longer "
@@ -65,7 +65,6 @@ NOTHING_DETERMINED_SENTENCE = (
 MAX_PART_SHARE = 0.995  # of a force's mean square, above which a function of it is no part
 MIN_LIKELY_FALL = 0.2  # relative, of the held-out error, with which an effect that is not certain is worth a word
 MIN_LIKELY_PROBABILITY = 0.5  # of all of the library's, with which such an effect is missing, to be the one to try
-LIKELIER_THAN_NOT = 0.5  # probability from which on something holds
 MIN_TOLD_PROBABILITY = 0.1  # with which it is missing at least
 CLOSING_SENTENCES = {
     "nothing_missing": "Nothing more is missing.",
@@ -96,7 +95,7 @@ def verdict_text(result: Diagnosis, model: Model) -> str:
 def verdict_beside_force_text(result: Diagnosis) -> str:
     """The verdict of a diagnosis with a random force in the likelihood, where no effect is worth naming."""
     error, floor = prediction_error_text(result.error), digits_text(result.noise_floor)
-    if result.verdict == "nothing_missing" and result.p_nothing_more < LIKELIER_THAN_NOT:
+    if result.verdict == "nothing_missing" and result.is_doubtful:
         return f"Error {error}, noise floor {floor}. {DOUBTFUL_SENTENCE} {probable_text(result)}".strip()
     if result.verdict == "nothing_missing":
         left = chance_sentence(result.remainder) if leaves_a_force(result.remainder) else "no random force is left."
@@ -210,7 +209,8 @@ def force_place_text(place: str, ports: Mapping[str, PortSpec]) -> str:
 def closing_sentence(result: Ladder) -> str:
     """What a ladder ends with, in a sentence or two."""
     if result.last.determines_nothing or (result.last.by_likelihood and not result.last.named):
-        if result.verdict in ("nothing_missing", "ambiguous") and result.last.p_nothing_more < LIKELIER_THAN_NOT:
+        doubtful = result.last.is_doubtful and not result.last.determines_nothing
+        if result.verdict in ("nothing_missing", "ambiguous") and doubtful:
             return f"{DOUBTFUL_SENTENCE} {probable_text(result.last)}".strip()
         if result.verdict in ("nothing_missing", "ambiguous"):
             step = ", but a step was ambiguous" if result.verdict == "ambiguous" else ""
