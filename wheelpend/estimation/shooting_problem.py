@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from derive.effects import DryForce, find
+from derive.parameter_name import effect_of
 from wheelpend.estimation.normal_equations import ReducedEquations, reduced_equations
 from wheelpend.estimation.parameter_space import ParameterSpace
 from wheelpend.estimation.parameters import kernel_parameters
@@ -20,6 +22,18 @@ from wheelpend.kernels.kernel_module import KernelModule
 
 MAX_GOOD_MEAN_SQUARE = 4.0  # of a segment's residuals [σ²], up to which it begins well enough
 STATE_UPDATE_ROUNDS = 2  # rounds in which initial states are brought up to date with other parameters
+
+
+@lru_cache
+def dry_frictions(names: tuple[str, ...]) -> tuple[int, ...]:
+    """Places, among the names of effects' parameters, of those of a dry friction."""
+    return tuple(k for k, n in enumerate(names) if isinstance(find(effect_of(n)).enters, DryForce))
+
+
+def sticks(module: KernelModule, parameters: np.ndarray) -> bool:
+    """True of a machine with dry friction, which may hold it, at these parameters (NP,)."""
+    first, last = module.OWN_PARAMETERS, module.FITTED
+    return bool(parameters[first:last][list(dry_frictions(tuple(module.PARAMETERS[first:last])))].any())
 
 
 class LinearisedPoint(NamedTuple):
@@ -99,29 +113,23 @@ class ShootingProblem:
 
         Fitted from where they began before, or from what was measured. Where dry friction holds a segment says next to
         nothing of the speed with which it begins, and its linear step leads anywhere; that of the parameters is not
-        the worse for it. But where more than half of the segments fit worse, it is. Segments of a coupled model stay as
-        they are.
+        the worse for it. Segments without dry friction, and those of a coupled model, stay as they are.
         """
-        pairs = list(zip(before.linearisations, trial.linearisations, strict=True))
-        worse = [~(now.costs <= then.costs) for then, now in pairs]
-        if 2 * sum(map(np.count_nonzero, worse)) > sum(map(len, worse)):
-            return trial
-        settled = [
-            self._settled_log(k, trial, before.states[k], worse[k], p)
-            for k, p in enumerate(self.parameters_at(trial.theta))
-        ]
+        parameters = self.parameters_at(trial.theta)
+        settled = [self._settled_log(k, trial, before, p) for k, p in enumerate(parameters)]
         return LinearisedPoint(trial.theta, [states for states, _ in settled], [found for _, found in settled])
 
     def _settled_log(
-        self, number: int, trial: LinearisedPoint, begun: np.ndarray, worse: np.ndarray, parameters: np.ndarray
+        self, number: int, trial: LinearisedPoint, before: LinearisedPoint, parameters: np.ndarray
     ) -> tuple[np.ndarray, ShootingLinearisation]:
-        """Initial states and linearisation of one log of a trial, which may begin as before (segments, NX)."""
+        """Initial states (segments, NX) and linearisation of one log of a trial."""
         segments, found, best = self.segments[number], trial.states[number].copy(), trial.linearisations[number]
+        worse = ~(best.costs <= before.linearisations[number].costs)
         poor = np.flatnonzero(worse | (best.costs > MAX_GOOD_MEAN_SQUARE * segments.counts))
-        if not len(poor) or has_coupled_segments(self.module, parameters):
+        if not len(poor) or not sticks(self.module, parameters) or has_coupled_segments(self.module, parameters):
             return found, best
         part = segments.chosen(poor)
-        for begin in (begun[poor], initial_states(self.module, part)):
+        for begin in (before.states[number][poor], initial_states(self.module, part)):
             begin, _ = fit_states(self.simulator, part, begin, parameters, STATE_UPDATE_ROUNDS, keep_residual=False)
             again = self.simulator.shoot(part, begin, parameters, self.columns, keep_residual=False)
             better = again.costs < np.nan_to_num(best.costs[poor], nan=np.inf)
