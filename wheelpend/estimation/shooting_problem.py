@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from derive.effects import DryForce, find
-from derive.parameter_name import effect_of
+from derive.effects import EFFECT_LIBRARY, USER_EFFECTS, DryForce
 from wheelpend.estimation.normal_equations import ReducedEquations, reduced_equations
 from wheelpend.estimation.parameter_space import ParameterSpace
 from wheelpend.estimation.parameters import kernel_parameters
@@ -24,16 +23,11 @@ MAX_GOOD_MEAN_SQUARE = 4.0  # of a segment's residuals [σ²], up to which it be
 STATE_UPDATE_ROUNDS = 2  # rounds in which initial states are brought up to date with other parameters
 
 
-@lru_cache
-def dry_frictions(names: tuple[str, ...]) -> tuple[int, ...]:
-    """Places, among the names of effects' parameters, of those of a dry friction."""
-    return tuple(k for k, n in enumerate(names) if isinstance(find(effect_of(n)).enters, DryForce))
-
-
 def sticks(module: KernelModule, parameters: np.ndarray) -> bool:
     """True of a machine with dry friction, which may hold it, at these parameters (NP,)."""
-    first, last = module.OWN_PARAMETERS, module.FITTED
-    return bool(parameters[first:last][list(dry_frictions(tuple(module.PARAMETERS[first:last])))].any())
+    values = dict(zip(module.PARAMETERS, parameters, strict=True))
+    dry = [row for row in (EFFECT_LIBRARY | USER_EFFECTS).values() if isinstance(row.enters, DryForce)]
+    return any(values.get(row.name_of(size), 0.0) != 0.0 for row in dry for size in row.linear)
 
 
 class LinearisedPoint(NamedTuple):
