@@ -16,6 +16,7 @@ MIN_RELATIVE_COST_DECREASE = 1e-6  # the same as a share of the sum of squares
 MIN_EXCESS_COST_DECREASE = 5e-3  # the same as a share of what a wrong model leaves above twice the noise
 ROUNDING_COST_INCREASE = 1e-9  # relative increase of the sum of squares that is rounding: the minimum is reached
 START_DAMPING, MIN_DAMPING, MIN_RAISED_DAMPING, MAX_DAMPING = 1e-3, 1e-12, 1e-8, 1e6  # of the unit diagonal
+MAX_REFUSED = 3  # steps in a row that raise the sum of squares, from which on it is asked whether segments are held
 MAX_UNDAMPED = 0.01  # damping below which the undamped step's prediction holds
 
 
@@ -33,7 +34,7 @@ def fit(problem: ShootingProblem, *, states: Sequence[np.ndarray] | None = None,
 
 def levenberg_marquardt(problem: ShootingProblem, point: LinearisedPoint, rounds: int) -> tuple[LinearisedPoint, bool]:
     """The point reached in at most so many rounds, and whether the iteration has converged there."""
-    damping = START_DAMPING
+    damping, refused = START_DAMPING, 0
     for _ in range(rounds):
         reduced = problem.reduce(point, damping)
         if not np.isfinite(point.cost) or not np.isfinite(reduced.total.information).all():
@@ -42,13 +43,17 @@ def levenberg_marquardt(problem: ShootingProblem, point: LinearisedPoint, rounds
         if damping < MAX_UNDAMPED and problem.predicted_decrease(reduced) < _negligible_decrease(point.cost):
             return point._replace(theta=theta, states=states), True  # the last step is too small to be simulated
         trial = problem.linearise(theta, states)
-        if not trial.cost <= point.cost:
+        refused = 0 if trial.cost <= point.cost else refused + 1
+        if refused >= MAX_REFUSED:
             trial = problem.with_settled_states(trial, point)
         if trial.cost <= point.cost:
             gain, point = point.cost - trial.cost, trial
-            if gain < _sufficient_decrease(point.cost, problem.count):
+            if gain >= _sufficient_decrease(point.cost, problem.count):
+                damping = max(damping * 0.1, MIN_DAMPING)
+            elif not refused:
                 return point, True
-            damping = max(damping * 0.1, MIN_DAMPING)
+            else:  # what was settled says nothing of how far the parameters could go
+                damping = max(damping * 10.0, MIN_RAISED_DAMPING)
         else:
             if trial.cost - point.cost < ROUNDING_COST_INCREASE * point.cost:
                 return point, True
