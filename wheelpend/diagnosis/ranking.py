@@ -47,9 +47,14 @@ def rank_candidates(problem: EstimationProblem, candidates: Iterable[CandidateFi
         return one.physical and rank(one) < similar * rank(best) and alike
 
     rivals = [c for c in ordered if is_rival(c)]
-    simplest = min(rivals, key=lambda c: (len(c.coefficients), rank(c)), default=best)
-    first = simplest if len(simplest.coefficients) < len(best.coefficients) else best
+    simplest = min(rivals, key=lambda c: (_complexity(c), rank(c)), default=best)
+    first = simplest if _complexity(simplest) < _complexity(best) else best
     return [first, *(c for c in ordered if c is not first)]
+
+
+def _complexity(one: CandidateFit) -> tuple[int, bool]:
+    """Parameters of an effect, and whether it is a difference between directions: an offset is the simpler one."""
+    return len(one.coefficients), bool(derive.effects.find(one.effect).varies)
 
 
 def _is_as_likely(one: CandidateFit, best: CandidateFit, *, scatters: bool) -> bool:
