@@ -29,7 +29,7 @@ SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that 
 LEFT_OF_RIGHT = {"right": "left", "r": "l"}
 WHEEL_NAMES = ("wheel", "motor", "enc", "tick", "count", "pulse", "pwm", "duty")
 DUTY_NAMES = ("duty", "pwm")
-PID_SIGNALS = ("Setpoint", "Input", "Output")
+PID_COMMAND, PID_OTHERS = "Output", ("Setpoint", "Input")  # of Arduino's PID block; in small letters a machine's own
 TERM_NAME = re.compile(r"[PID]|[pid][ _]?(term|part|out)|prop(ortional)?|integral|deriv(ative)?")  # of a sum
 CURRENT_WORD = "iq"  # of a motor, in the frame of its rotor
 NUMBER_OR_SIDE = re.compile(r"(\d+|_[lr]|_left|_right)$")  # u1, u_L: of one of several
@@ -185,14 +185,6 @@ def is_increment(name: str) -> bool:
     return not stated_unit(name) and has_word(name, INCREMENT_NAMES)
 
 
-def pid_block(names: Sequence[str]) -> dict[str, str]:
-    """Columns called as the variables of Arduino's PID block, by setpoint, input and output; nothing without all three.
-
-    Its input is what the block reads, and its output the command. In small letters they may be a machine's own.
-    """
-    return {signal.lower(): signal for signal in PID_SIGNALS} if set(names) >= set(PID_SIGNALS) else {}
-
-
 def is_of_current(name: str) -> bool:
     """True of a column that is called after a motor's current in the frame of its rotor: Iq_measured."""
     return CURRENT_WORD in words_of(name)
@@ -207,8 +199,8 @@ def controller_terms(names: Sequence[str]) -> list[str]:
 
 def inputs_among(names: Sequence[str]) -> list[str]:
     """The columns that are inputs: by their words, or else by a unit of volts, amperes, newtons or newton metres."""
-    if block := pid_block(names):
-        return [block["output"]]
+    if set(names) >= {PID_COMMAND, *PID_OTHERS}:  # what it reads is called its input
+        return [PID_COMMAND]
     terms = controller_terms(names)
     open_names = [
         n for n in names if n not in terms and kind_by_name(n) in ("", "input") and not contains(n, REFERENCE_NAMES)

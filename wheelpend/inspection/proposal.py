@@ -120,9 +120,8 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
         maps |= (speeds := summed_speed(survey, best, maps))
         untold_unit = "" if stated_unit(survey.speed) else UNKNOWN_SPEED_UNIT[best.table.units[next(iter(speeds))]]
         reasons |= dict.fromkeys(speeds, SUMMED_REASON + untold_unit)
-        whose = "of a wheel" if len(best.table.places) > 1 else ""
-        place = f"is a place {whose}".strip()
-        sentences.append(f"Nothing in {survey.file} {place}: {survey.speed}, a speed, is summed over time.")
+        place = "a place of a wheel" if len(best.table.places) > 1 else "a place"
+        sentences.append(f"Nothing in {survey.file} is {place}: {survey.speed}, a speed, is summed over time.")
     maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
     text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})
     return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found or [best])), reasons, missing)
