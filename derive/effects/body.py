@@ -53,12 +53,12 @@ EFFECT_ROWS = (
         "unbalance",
         "body",
         "A load out of balance: gravity pulls it to one side.",
-        "Q_w = −(a sin θw + b cos θw)",
+        "Q_w = a sin θw + b cos θw",
         (
             EffectParameter("sine", "V", letter="a", scope="per log", typical=0.3),
             EffectParameter("cosine", "V", letter="b", scope="per log", typical=0.1),
         ),
-        Force("load", lambda a, s, sine, cosine: sine * sp.sin(a) + cosine * sp.cos(a)),
+        Force("load", lambda a, s, sine, cosine: -(sine * sp.sin(a) + cosine * sp.cos(a))),
         means="What the shaft turns is heavier on one side: left alone it comes to rest with that below, and within a "
         "turn it costs now more, now less.",
         phased=("sine", "cosine"),

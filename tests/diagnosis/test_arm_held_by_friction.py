@@ -17,7 +17,7 @@ INERTIA_V, VISCOUS_V, WEIGHT_V, FRICTION_V, OFFSET_V = 0.057, 0.6, 2.3, 0.29, 0.
 TRUE = {
     "X1": INERTIA_V,
     "X2": VISCOUS_V,
-    "unbalance.sine": WEIGHT_V,
+    "unbalance.sine": -WEIGHT_V,
     "unbalance.cosine": 0.0,
     "coulomb_drive.torque": FRICTION_V,
     "voltage_offset.offset": OFFSET_V,

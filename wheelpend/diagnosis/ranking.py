@@ -14,7 +14,7 @@ from wheelpend.estimation.criteria import (
     WRONG_START_ERROR_RATIO,
 )
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.problem import EstimationProblem, narrower_effects, simpler_effects
+from wheelpend.estimation.problem import EstimationProblem, narrower_effects
 
 MAX_SIMILAR_ERROR_RATIO = 1.1  # times the best error, up to which the simplest effect comes first where all leave much
 INTERNAL_EFFECT_ERROR_PENALTY = 1.5  # times its error counts of an internal coordinate that does not reach the noise
@@ -65,9 +65,9 @@ def _is_as_likely(one: CandidateFit, best: CandidateFit, *, scatters: bool) -> b
 
 
 def nested_effects(problem: EstimationProblem, effect: str) -> list[str]:
-    """Effects that one contains, and the one that it approaches, as far as the model may be missing them."""
+    """Simpler effects of the same force as one, as far as the model may be missing them."""
     testable = {e.name for e in problem.candidates()}
-    return [s for s in simpler_effects(problem.module, effect) if s in testable]
+    return [s for s in narrower_effects(problem.module, effect) if s in testable]
 
 
 def with_contained(problem: EstimationProblem, names: Sequence[str]) -> list[str]:

@@ -268,7 +268,7 @@ def with_nested_effect(
         weights = np.array(problem.module.CONTAINS[larger][smaller])
         known = all(n in values for n in sizes)
         found = np.linalg.pinv(weights) @ [values[n] for n in sizes] if known else np.zeros(0)
-    else:  # an effect that it approaches has parameters of the same names
+    else:  # an effect that it approaches or covers has parameters of the same names
         alike = [full_name(larger, short_name(n)) for n in names]
         known = all(n in values for n in alike)
         found = np.array([values[n] for n in alike]) if known else np.zeros(0)
