@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from tests.raw_logs import robot, write_csv
+from tests.raw_logs import robot, way_of, write_csv
 from wheelpend.errors import Failure
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.kinematics import gyro_counts, times_back
@@ -147,3 +147,14 @@ def test_the_noise_of_a_speed_is_that_of_its_motion_however_long_it_stands():
     speed = np.concatenate([running, np.zeros(1200)])
     assert noise_of_moving(speed) == pytest.approx(0.2, rel=0.15)
     assert noise_of_values(speed) < 0.05
+
+
+@pytest.mark.parametrize(("peak", "limit"), [(105, 127), (9999, 100)])
+def test_a_short_peak_of_a_command_tells_its_full_scale_and_a_bad_cell_does_not(peak, limit, tmp_path):
+    rng = np.random.default_rng(7)
+    t = 0.005 * np.arange(2000)
+    duty = np.round(60.0 * np.sin(3.1 * t) + 5.0 * rng.standard_normal(2000))
+    place = way_of(duty / 10.0)
+    duty[1200] = peak  # a row of the controller's, hardly felt
+    path = write_csv(tmp_path / "duty.csv", {"time": t, "pwm": duty, "position": place})
+    assert f"±{limit} " in first_look(path).guesses["v_in"]

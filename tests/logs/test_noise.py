@@ -254,3 +254,10 @@ def test_the_noise_of_a_channel_that_is_read_now_and_then_is_not_its_motion(ever
     values = np.sin(2.0 * t) + 0.5 * np.sin(5.0 * t) + np.random.default_rng(6).normal(size=t.size, scale=1e-3)
     values[np.arange(t.size) % every > 0] = np.nan
     assert 0.8e-3 < white_noise.white_sigma(values, t=t) < 1.25e-3
+
+
+def test_rounded_digits_hide_no_grid_of_several_hundred_steps():
+    step = 60.0 / 1320 / 0.02  # rpm, of a count in a row
+    rpm = step * np.arange(-280.0, 281.0)
+    assert find_quantum(np.round(rpm, 2)) == pytest.approx(step, rel=1e-5)
+    assert find_quantum(np.round(rpm + 0.3 * step * np.sin(np.arange(561.0)), 2)) != pytest.approx(step, rel=1e-2)

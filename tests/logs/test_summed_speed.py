@@ -42,7 +42,7 @@ COUNTS = np.round(1024 / (2.0 * np.pi) * WAY)  # of an encoder with 1024 per tur
 COUNTED_RPM = np.diff(COUNTS, prepend=COUNTS[0]) / 1024 * 60.0 / 0.01
 
 
-@pytest.mark.parametrize("digits", [12, 3])
+@pytest.mark.parametrize("digits", [12, 3, 2])
 def test_a_speed_of_counts_per_row_sums_to_what_the_encoder_read(digits):
     rpm = np.round(COUNTED_RPM, digits)
     assert counts_per_turn(rpm * np.pi / 30.0, T) == 1024

@@ -46,6 +46,7 @@ PUT_SECONDS = "put the seconds from row to row in the place of this scale"
 MAX_TURNS_TO_AND_FRO = 30.0  # of a shaft in rad: in degrees it would be half a turn
 MAX_SHAFT_SPEED_RAD_S = 3000.0  # rad/s of a shaft, beyond which hardly a motor with an encoder turns
 MIN_OVERFLOW_RATIO = 1.5  # of its readings' range, that a counter goes which overflowed
+MAX_PEAK_RATIO = 2.0  # of the largest value that is no spike, up to which a short peak of a command is a command
 
 
 class Guess(NamedTuple):
@@ -245,10 +246,16 @@ def guess_supply(survey: Survey, column: str) -> Guess | None:
 
 
 def read_or_held(survey: Survey, column: str) -> np.ndarray:
-    """Known values (N,) of a column; the two ends of one that is constant."""
+    """Known values (N,) of a column with its ends; the two ends of one that is constant.
+
+    Software wrote a command, so that its short peaks are none of a sensor's spikes; what is far beyond is a bad cell.
+    """
     entry = survey.column(column)
-    values = survey.values.get(column, np.array([entry.minimum, entry.maximum]))
-    return values[np.isfinite(values)]
+    ends = np.array([entry.minimum, entry.maximum])
+    values = survey.values.get(column, ends)
+    known = values[np.isfinite(values)]
+    is_peak = np.abs(ends) <= MAX_PEAK_RATIO * np.abs(known).max(initial=0.0)
+    return np.append(known, ends[is_peak])
 
 
 def supply_of(survey: Survey) -> tuple[str, float, str]:

@@ -24,6 +24,7 @@ MIN_HELD_READINGS, MIN_MOVING_READINGS = 4, 50  # alike, of a speed at a standst
 WALK_S = 0.5  # s, as long as a segment, over which the sum of a speed's noise wanders
 MIN_REPEATED_SHARE = 0.5  # share of repeated readings from which their rounding errors are not independent
 MAX_COUNTS = 1e7  # steps that a quantised channel covers at most
+FIRST_COUNTS = 16.0  # steps by which a grid with rounded digits is fitted at first
 DIGITS = 2.4e-7  # of a value: twice the last digit of single precision, in which logs are often kept
 
 
@@ -145,7 +146,23 @@ def find_quantum(signal: np.ndarray) -> float:
     if not steps.size:
         return 0.0
     step = float(np.median(steps[steps < 1.5 * steps.min()]))
-    return step if is_quantised(values, step) and span < MAX_COUNTS * step else 0.0
+    if span >= MAX_COUNTS * step:
+        return 0.0
+    return next((s for s in (step, _counted_step(values, step)) if is_quantised(values, s)), 0.0)
+
+
+def _counted_step(values: np.ndarray, step: float) -> float:
+    """The step of a grid on which sorted values (N,) lie but for their last digits, from a first one.
+
+    The digits of one step tell it too badly to count hundreds of them, so it is fitted to ever more.
+    """
+    way, reach = values - values[0], FIRST_COUNTS * step
+    while reach < 2.0 * way[-1]:
+        near = way[way <= reach]
+        counts = np.round(near / step)
+        step = float(near @ counts / (counts @ counts)) if counts.any() else step
+        reach *= 2.0
+    return step
 
 
 def is_quantised(signal: np.ndarray, step: float) -> bool:

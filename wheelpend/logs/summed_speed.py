@@ -27,7 +27,7 @@ def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
     if not known.any():
         return speed
     whole = np.interp(t, t[known], speed[known])
-    means = whole[1:] if counts_per_turn(speed, t) else 0.5 * (whole[1:] + whole[:-1])
+    means = counted(whole)[1:] if counts_per_turn(speed, t) else 0.5 * (whole[1:] + whole[:-1])
     way = np.concatenate([np.zeros(1), np.cumsum(means * np.diff(t))])
     return np.where(known, way, np.nan)
 
@@ -46,15 +46,26 @@ def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
     even = np.abs(intervals - interval) < MAX_INTERVAL_SCATTER * interval
     if not (step and interval and np.mean(even) > MIN_EVEN_SHARE) or any(is_round(step / unit) for unit in SPEED_UNITS):
         return 0
-    known = speed[np.isfinite(speed)]
-    counts = np.round(known / step)
-    step = float(known @ counts / (counts @ counts))  # its digits add up over all readings
+    known = np.unique(speed[np.isfinite(speed)])  # the same counts have the same digits, and the same error
+    counts, step = whole_counts(known, step)
     scatter = float(np.std(known - step * counts) / np.sqrt(counts @ counts))
     possible = [turn / (step * interval) for turn in TURN_SIZES]
     sure = [
         n for n in possible if COUNTS_PER_TURN[0] <= n <= COUNTS_PER_TURN[1] and n * scatter < WHOLE_TOLERANCE * step
     ]
     return next((round(n) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), 0)
+
+
+def counted(speed: np.ndarray) -> np.ndarray:
+    """A speed (N,) without gaps that an encoder counted, without the error of its last digits."""
+    _, step = whole_counts(np.unique(speed), find_quantum(speed))
+    return step * np.round(speed / step)
+
+
+def whole_counts(speed: np.ndarray, step: float) -> tuple[np.ndarray, float]:
+    """How many steps each value of a speed (N,) is, and the step that all of them make of a first one."""
+    counts = np.round(speed / step)
+    return counts, float(speed @ counts / (counts @ counts))
 
 
 def is_round(step: float) -> bool:
