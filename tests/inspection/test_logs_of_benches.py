@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from tests.raw_logs import robot, way_of, write_csv
+from tests.raw_logs import robot, swing, way_of, write_csv
 from wheelpend.errors import Failure
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.kinematics import gyro_counts, times_back
@@ -158,3 +158,21 @@ def test_a_short_peak_of_a_command_tells_its_full_scale_and_a_bad_cell_does_not(
     duty[1200] = peak  # a row of the controller's, hardly felt
     path = write_csv(tmp_path / "duty.csv", {"time": t, "pwm": duty, "position": place})
     assert f"±{limit} " in first_look(path).guesses["v_in"]
+
+
+@pytest.mark.parametrize("amplitude", [1.2, 0.15])
+def test_a_free_pendulum_on_a_counter_hangs_where_it_swings_about(amplitude, tmp_path):
+    t, _, angle = swing(begin=amplitude)
+    counts = 1234.0 + np.round(4096 / (2 * math.pi) * angle)
+    look = first_look(write_csv(tmp_path / "raw.csv", {"time": t, "raw": counts}))
+    entry = tomllib.loads(look.model)["columns"]["theta_1"]
+    assert entry["offset"] == pytest.approx(-1234.0 * entry["scale"], abs=0.01)
+    assert np.abs(look.log.measured).max() == pytest.approx(amplitude, rel=0.03)
+
+
+def test_a_small_swing_about_a_zero_of_its_own_is_about_where_the_pendulum_hangs(tmp_path):
+    t, _, angle = swing(begin=0.2)
+    look = first_look(write_csv(tmp_path / "small.csv", {"time": t, "angle_rad": 1.9 + angle}))
+    assert tomllib.loads(look.model)["columns"]["theta_1"]["offset"] == pytest.approx(-1.9, abs=0.01)
+    at_zero = first_look(write_csv(tmp_path / "zero.csv", {"time": t, "angle_rad": 0.03 + angle}))
+    assert "offset" not in at_zero.model

@@ -63,6 +63,19 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], uni
     return _on_the_side_of(float(math.atan2(cosine, -sine)), float(angle[0]))
 
 
+def spring_zero(signals: Signals | None, place: str, inputs: Sequence[str], unit: float = 1.0) -> float | None:
+    """Reading about which an angle swings [rad] as on a spring, however little; None where nothing pulls it back."""
+    if signals is None or not len(signals.rows):
+        return None
+    left, _ = gravity_fit(signals, place, inputs, unit, pulled=False)
+    angle, speed, bend = (signals.smooth(place, k)[signals.rows] / unit for k in range(3))
+    matrix = np.column_stack([*friction_columns(speed), angle, np.ones(len(angle))])
+    sprung, coefficients = residual_power(matrix, bend)
+    pull, constant = coefficients[-2:]
+    turns_back = len(turning_points(signals.channels[place])) >= MIN_SWINGS
+    return float(-constant / pull) if turns_back and pull < 0.0 and left > MIN_GRAVITY_GAIN * sprung else None
+
+
 def resting_zero(angle: np.ndarray) -> float | None:
     """Reading at which an angle (N,) that nothing drives comes to rest [rad], having swung about it; None of any other.
 

@@ -25,12 +25,20 @@ from wheelpend.inspection.column_names import (
     unit_within,
 )
 from wheelpend.inspection.column_roles import is_called_place
-from wheelpend.inspection.gravity import ChainZero, chain_zero, gravity_zero, hangs_at_zero, resting_zero, zero_offset
+from wheelpend.inspection.gravity import (
+    ChainZero,
+    chain_zero,
+    gravity_zero,
+    hangs_at_zero,
+    resting_zero,
+    spring_zero,
+    zero_offset,
+)
 from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.mounting import turned_over
 from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, preference, toml_value
 from wheelpend.inspection.raw_units import in_counts
-from wheelpend.inspection.signals import DEGREES_PER_RADIAN
+from wheelpend.inspection.signals import DEGREES_PER_RADIAN, Signals
 from wheelpend.inspection.survey import SUMMED_PLACE, FileColumn, Survey
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
@@ -82,6 +90,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     maps = column_maps(best, survey, unit) | {n: g.column for n, g in guesses.items()}
     maps |= followed_reference(survey, best, maps)
     chain = chain_hanging_at(survey, best, inputs, maps)
+    gravity = swinging_about(survey, best, maps) if gravity is None else gravity
     gravity = chain.zero if chain else gravity if best.swings else None
     offset = zero_offset(gravity) if gravity is not None else 0.0
     turned = best.table.places if chain and not chain.is_relative else best.table.places[:1]
@@ -237,11 +246,34 @@ def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
     if survey.base_of(place) != "rad" and is_small_swing(survey.values[place], signals, place, inputs):
         return None
     unit = DEGREES_PER_RADIAN if looks_like_degrees(survey, place) else 1.0
-    if signals and not inputs:
-        values = signals.channels[place]
-        signals = signals.since(held_samples(signals.dt * np.arange(len(values)), [values]))
-    zero = gravity_zero(signals, place, inputs, unit)
+    zero = gravity_zero(signals if inputs else _let_go(signals, place), place, inputs, unit)
     return resting_zero(survey.values[place] / unit) if zero is None and not inputs else zero
+
+
+def swinging_about(survey: Survey, best: Candidate, maps: Mapping[str, ColumnMap]) -> float | None:
+    """Reading about which a pendulum's only angle swings [rad], as ``maps`` read it; None where that does not show.
+
+    Of counts, what a rad is has to be guessed before gravity is seen in them. A swing too small for gravity to show,
+    as a spring would do as well, is about where the pendulum hangs if nothing drives it.
+    """
+    name, inputs = best.table.places[0], survey.of_role("input")
+    place = best.columns.get(name)
+    if not best.swings or len(best.table.places) != 1 or best.table.range_channel or not place:
+        return None
+    signals, unit = survey.longest_with(place), 1.0 / _guessed_factor(place, maps.get(name))
+    if inputs:
+        return gravity_zero(signals, place, inputs, unit)
+    free = _let_go(signals, place)
+    found = (z for look in (gravity_zero, spring_zero) if (z := look(free, place, inputs, unit)) is not None)
+    return next(found, None)
+
+
+def _let_go(signals: Signals | None, place: str) -> Signals | None:
+    """The signals of a machine that nothing drives from where it is let go."""
+    if signals is None:
+        return None
+    values = signals.channels[place]
+    return signals.since(held_samples(signals.dt * np.arange(len(values)), [values]))
 
 
 def chain_hanging_at(
