@@ -176,3 +176,19 @@ def test_a_small_swing_about_a_zero_of_its_own_is_about_where_the_pendulum_hangs
     assert tomllib.loads(look.model)["columns"]["theta_1"]["offset"] == pytest.approx(-1.9, abs=0.01)
     at_zero = first_look(write_csv(tmp_path / "zero.csv", {"time": t, "angle_rad": 0.03 + angle}))
     assert "offset" not in at_zero.model
+
+
+@pytest.mark.parametrize(("units", "factors"), [(("rev", "rpm"), (1.0, 60.0)), (("rad", "rpm"), (2 * math.pi, 60.0))])
+@pytest.mark.parametrize("rows", [90, 400])
+def test_a_shaft_and_its_speed_in_counts_of_a_row_are_in_units_that_their_ratio_tells(units, factors, rows, tmp_path):
+    t = 0.01 * np.arange(rows)
+    turns = np.cumsum(8.0 * np.where(t < 0.6, 1.0, -0.6) * (1.0 - np.exp(-(t % 0.6) / 0.05))) * 0.01
+    counts = np.floor(120 * turns)
+    speed = np.diff(counts, prepend=counts[0]) / 120 / 0.01  # steps of 50 rpm: it flickers between two of them
+    columns = {"t": t, "duty": np.where(t < 0.6, 50, -30), "theta": factors[0] * counts / 120}
+    look = first_look(write_csv(tmp_path / "shaft.csv", columns | {"omega": factors[1] * speed}))
+    entries = tomllib.loads(look.model)["columns"]
+    assert entries["theta_m"].get("unit", "rad") == units[0]
+    assert ("dtheta_m" in entries) == (rows == 90), "of a long log it is seen to be no sensor of its own"
+    assert "dtheta_m" not in entries or entries["dtheta_m"]["unit"] == units[1]
+    assert not look.log.faults and np.isfinite(look.log.measured).all()

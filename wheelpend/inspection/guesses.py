@@ -27,7 +27,7 @@ from wheelpend.inspection.column_names import (
 )
 from wheelpend.inspection.column_roles import MAX_SUM_MISFIT_SHARE
 from wheelpend.inspection.gravity import turning_points
-from wheelpend.inspection.kinematics import sum_misfit
+from wheelpend.inspection.kinematics import ratio_of, sum_misfit, units_by_ratio
 from wheelpend.inspection.plant_fit import MAX_WAY_M
 from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
@@ -95,6 +95,10 @@ def guess_rates(
     found, t = dict[str, Guess](), survey.values["t"]
     for name, place in table.rates.items():
         column, of = columns.get(name, ""), columns.get(place, "")
+        is_shaft = table.units[place] == "rad" and place != table.range_channel
+        if is_shaft and column in survey.values and (units := units_beside(survey, of)):
+            found[name] = Guess(ColumnMap(column, units[1]), _said_of_both(of, column, units))
+            continue
         if place not in places or stated_unit(column) or column not in survey.values or of not in survey.values:
             continue
         if sum_misfit(survey.values[of], survey.values[column], t, scales=(1.0,)) < MAX_SUM_MISFIT_SHARE:
@@ -185,23 +189,53 @@ def has_overflowed(survey: Survey, column: str, values: np.ndarray) -> bool:
 
 def guess_by_rate(survey: Survey, column: str, values: np.ndarray, own: str) -> Guess | None:
     """A guess of what one count of a position (N,) is, by a rate beside it that counts in another unit; or None."""
-    rates = [c.name for c in survey.columns if c.role == "rate" and c.of == column and c.name in survey.values]
-    if not rates or not is_whole(values[np.isfinite(values)]) or stated_unit(column):
+    if own == "rad" and (units := units_beside(survey, column)) and units[0] != own:
+        return Guess(ColumnMap(column, units[0]), _said_of_both(column, _rate_of(survey, column), units))
+    if not is_whole(values[np.isfinite(values)]) or stated_unit(column):
         return None
-    known = np.isfinite(values) & np.isfinite(survey.values[rates[0]])
-    rate, t, values = survey.values[rates[0]][known], survey.values["t"][known], values[known]
-    summed = cumulative_trapezoid(rate, t, initial=0.0)
-    summed, moved = summed - summed.mean(), values - values.mean()
-    counts = float(summed @ moved) / (float(summed @ summed) or 1.0)
-    rest = moved - counts * summed
-    if abs(counts) < MIN_COUNTS_OF_RATE or float(rest @ rest) > MAX_RATE_MISFIT * float(moved @ moved):
+    counts = _units_per_summed(survey, column)
+    if abs(counts) < MIN_COUNTS_OF_RATE:
         return None
+    rate = _rate_of(survey, column)
     unit = "m, or one rad of a shaft" if own == "m" else own
-    stated = "" if stated_unit(rates[0]) else f" if {rates[0]} is per second"
-    said = (
-        f"counts, for {rates[0]} makes {abs(counts):.4g} of them one {unit}{stated}: put the exact number in its place"
-    )
+    stated = "" if stated_unit(rate) else f" if {rate} is per second"
+    said = f"counts, for {rate} makes {abs(counts):.4g} of them one {unit}{stated}: put the exact number in its place"
     return Guess(ColumnMap(column, scale=float(f"{1.0 / abs(counts):.5g}")), said)
+
+
+def units_beside(survey: Survey, column: str) -> tuple[str, str] | None:
+    """Units of an angle of a shaft and the rate beside it, where neither states one and their ratio tells both."""
+    rate = _rate_of(survey, column)
+    if not rate or stated_unit(column) or stated_unit(rate) or column in survey.turns:
+        return None
+    if is_whole(survey.values[column]):  # counts, whose ratio to any speed is any
+        return None
+    counts = _units_per_summed(survey, column)
+    return units_by_ratio(1.0 / abs(counts)) if counts else None
+
+
+def _said_of_both(place: str, rate: str, units: tuple[str, str]) -> str:
+    """Why an angle and its rate are read in units."""
+    return f"{units[0]} of {place} and {units[1]} of {rate}, which is {ratio_of(*units):.3g} times its derivative"
+
+
+def _rate_of(survey: Survey, place: str) -> str:
+    """The column that is a place's rate; nothing where there is none."""
+    rates = (c.name for c in survey.columns if c.role == "rate" and c.of == place and c.name in survey.values)
+    return next(rates, "")
+
+
+def _units_per_summed(survey: Survey, place: str) -> float:
+    """How far a place goes where its rate sums up to 1; 0 where it does not follow it, or has none."""
+    rate, values = survey.values.get(_rate_of(survey, place)), survey.values.get(place)
+    if rate is None or values is None:
+        return 0.0
+    known = np.isfinite(values) & np.isfinite(rate)
+    summed = cumulative_trapezoid(rate[known], survey.values["t"][known], initial=0.0)
+    summed, moved = summed - summed.mean(), values[known] - values[known].mean()
+    ratio = float(summed @ moved) / (float(summed @ summed) or 1.0)
+    rest = moved - ratio * summed
+    return ratio if float(rest @ rest) <= MAX_RATE_MISFIT * float(moved @ moved) else 0.0
 
 
 def _high_speed(survey: Survey, values: np.ndarray) -> float:

@@ -25,11 +25,14 @@ from wheelpend.inspection.signals import (
     with_channel,
 )
 from wheelpend.logs.log import Log
+from wheelpend.logs.units import UNIT_CONVERSIONS
 from wheelpend.logs.unwrap import TURNS, count_wraps, unwrapped
 
 MAX_RATE_NOISE_SHARE = 2e-4  # unexplained share up to which noise, fed back by the controller, cannot look like a shift
 GYRO_COUNTS_PER_DEG_S = (131.0, 65.5, 32.8, 16.4)  # of 16 bits for ±250, ±500, ±1000 and ±2000 deg/s (MPU-6050)
 GYRO_TOLERANCE = 0.05  # by which they may be off: an angle's scale is not exact; 1000 is another unit
+SHAFT_UNITS = (("rev", "rpm"), ("rad", "rpm"), ("deg", "rpm"), ("rev", "rad/s"), ("rev", "deg/s"))  # beside rad or deg
+RATIO_TOLERANCE = 0.015  # by which a rate in such units is off: rpm of turns and deg/s of rad differ by 0.047
 SWAY_RAD, MIN_SWAYS = 0.7, 3  # 40° on either side, and so often there and back: nothing balances so
 MIN_RATE_CORRELATION = 0.8  # correlation of a rate and the derivative of its angle from which they are compared
 ANGLE_SCALES = (1.0, DEGREES_PER_RADIAN, 1 / DEGREES_PER_RADIAN)  # of a rate against its angle: units of either
@@ -236,7 +239,15 @@ def find_rate_scale(
         ),
         "",
     )
-    if name:
+    both = units_by_ratio(factor) if own == "rad" and pair.angle != corrections.table.range_channel else None
+    if both:
+        units = dict(zip((pair.angle, pair.rate), both, strict=True))
+        corrections.unit.update({n: u for n, u in units.items() if u not in ("rad", "rad/s")})
+        name, size = pair.rate, factor
+        entries = " and ".join(f'{n} with unit = "{u}"' for n, u in units.items())
+        cure = f"Map {entries} in [columns], if they are no counts."
+        sentence += f": they look like {both[0]} and {both[1]}."
+    elif name:
         unit = "deg/s" if name == pair.rate else "deg"
         corrections.unit[name] = unit
         size, cure = DEGREES_PER_RADIAN, f'Map {name} in [columns] with unit = "{unit}".'
@@ -254,6 +265,19 @@ def find_rate_scale(
     return [Finding("wrong_unit", name, sentence, cure, size)], with_channel(
         log, correct, channel_values(log, correct) / scale
     )
+
+
+def units_by_ratio(factor: float) -> tuple[str, str] | None:
+    """Units of an angle and its rate by how many times its derivative the rate is; None where that is not sharp.
+
+    Degrees beside rad are not among them: a gyro's scale may be off by more than what tells rpm of turns from them.
+    """
+    return next((units for units in SHAFT_UNITS if abs(factor / ratio_of(*units) - 1.0) < RATIO_TOLERANCE), None)
+
+
+def ratio_of(angle: str, rate: str) -> float:
+    """How many times an angle's derivative a rate is that is read in another unit."""
+    return UNIT_CONVERSIONS[angle][1] / UNIT_CONVERSIONS[rate][1]
 
 
 def gyro_counts(factor: float) -> float:

@@ -19,6 +19,10 @@ CEILING_RUN_SAMPLES = 3  # equal readings in a row, from which on a sensor is at
 MIN_CEILING_SAMPLES = 10  # of them in all
 MIN_CEILING_STEPS = 3.0  # quanta by which a reading enters or leaves a ceiling; a machine that stops creeps by one
 MIN_CEILING_KINK = 0.1  # the same of a reading without quanta, in usual steps
+MAX_DIP_KINKS, MIN_PLATEAU_SHARE = (
+    1.5,
+    0.9,
+)  # kinks by which a reading leaves a plateau and returns; of it, at a ceiling
 MAX_REST_SHARE = 0.05  # of the largest speed, up to which a machine counts as at rest, whatever the gyro's offset
 USUAL_LARGEST = 0.99  # quantile of the speeds that counts as the largest, spikes apart
 HELD_BAND_SHARE, HELD_BAND_SIGMAS = 0.02, 8.0  # of its way, and of noise, within which a machine stands still
@@ -39,8 +43,9 @@ def readings_at_ceiling(values: np.ndarray, speed: np.ndarray | None = None) -> 
     """Mask (N,) of the readings that repeat the largest or the least value, and that value; none of a sound channel.
 
     A machine that stops creeps into its extreme, and noise never repeats a value: readings that run into the extreme at
-    full speed and stay are a sensor at its ceiling. An extreme at which the machine rests is none: ``speed`` (N,) is
-    the channel's rate, or the channel where it is a rate, None where unknown.
+    full speed and stay are a sensor at its ceiling. A speed of few counts flickers between two of them, and does not.
+    An extreme at which the machine rests is none: ``speed`` (N,) is the channel's rate, or the channel where it is a
+    rate, None where unknown.
     """
     found, ceiling = np.zeros(len(values), dtype=bool), 0.0
     known = values[np.isfinite(values)]
@@ -55,7 +60,8 @@ def readings_at_ceiling(values: np.ndarray, speed: np.ndarray | None = None) -> 
             continue
         inside = values != extreme
         least = max(usual, MIN_CEILING_STEPS * find_quantum(values[inside]))
-        if 0 < least < kinks(values, runs):
+        kink = kinks(values, runs)
+        if 0 < least < kink and stays_at(values, extreme, kink):
             found |= values == extreme
             ceiling = float(extreme) if abs(extreme) > abs(ceiling) else ceiling
     return found, ceiling
@@ -67,6 +73,14 @@ def rests(samples: np.ndarray, speed: np.ndarray | None) -> bool:
         return False
     size = np.abs(speed)
     return bool(np.nanmedian(size[samples]) <= MAX_REST_SHARE * np.nanquantile(size, USUAL_LARGEST))
+
+
+def stays_at(values: np.ndarray, extreme: float, kink: float) -> bool:
+    """True of a signal (N,) that stays at an extreme while it is within a dip of it, from when it comes to it."""
+    near = runs_of(np.abs(values - extreme) <= MAX_DIP_KINKS * kink)
+    at = [np.flatnonzero(values[a:b] == extreme) for a, b in near]
+    plateaus = [int(k[-1] - k[0] + 1) for k in at if k.size]
+    return sum(k.size for k in at) >= MIN_PLATEAU_SHARE * sum(plateaus)
 
 
 def kinks(values: np.ndarray, runs: np.ndarray) -> float:
