@@ -261,3 +261,26 @@ def test_rounded_digits_hide_no_grid_of_several_hundred_steps():
     rpm = step * np.arange(-280.0, 281.0)
     assert find_quantum(np.round(rpm, 2)) == pytest.approx(step, rel=1e-5)
     assert find_quantum(np.round(rpm + 0.3 * step * np.sin(np.arange(561.0)), 2)) != pytest.approx(step, rel=1e-2)
+
+
+def stepped_motor(interval: float = 0.05, rows: int = 2000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [s], volts and angles [rad] (rows,) of a motor that other volts drive every fourth row, noise 1 mrad."""
+    random = np.random.default_rng(4)
+    t, volts = interval * np.arange(rows), np.repeat(random.uniform(-6.0, 6.0, rows // 4), 4)
+    speed, angle, angles = 0.0, 0.0, []
+    lost = 1.0 - np.exp(-interval / 0.1)
+    for u in volts:
+        angles.append(angle)
+        angle += 10.0 * u * interval + (speed - 10.0 * u) * 0.1 * lost
+        speed += (10.0 * u - speed) * lost
+    return t, volts, np.array(angles) + 1e-3 * random.standard_normal(rows)
+
+
+@pytest.mark.parametrize("fault", ["none", "a row is lost", "four readings are missing", "the encoder jumps"])
+def test_one_fault_in_a_slow_log_is_no_noise_of_its_sensor(fault):
+    t, volts, angle = stepped_motor()
+    kept = np.arange(t.size) != 1200 if fault == "a row is lost" else np.full(t.size, True)
+    angle[1200:1204] = np.nan if fault == "four readings are missing" else angle[1200:1204]
+    angle[1200:] += 0.5 if fault == "the encoder jumps" else 0.0
+    log = Log("motor", t[kept], volts[kept], angle[kept, None], ("theta_m",))
+    assert sensor_noise(log, {}, {}).sigma[0] == pytest.approx(1e-3, rel=0.1)

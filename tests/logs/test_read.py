@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.support import CHANNELS
+from tests.support import CHANNELS, simulated
 from wheelpend.errors import Failure
 from wheelpend.logs.checks import moves
 from wheelpend.logs.columns import ColumnMap
@@ -307,3 +307,18 @@ def test_what_shakes_fast_about_one_place_moves():
     noise = 2e-6 * np.random.default_rng(7).standard_normal(t.size)
     assert moves(0.015 * np.sin(2 * np.pi * 50.0 * t) + noise, 4e-4)  # whole periods in a tenth of a second
     assert not moves(noise, 4e-4)
+
+
+@pytest.mark.parametrize(
+    ("readings", "said"),
+    [(0.0, r"dtheta_p must change where theta_p does.*0 rad/s throughout.*gyro"), (None, "but has 3 values in")],
+)
+def test_a_sensor_that_is_not_there_is_refused_and_not_trusted(readings, said):
+    log = simulated(duration=2.0)
+    columns = {"t": log.t, "v_in": log.voltage, **dict(zip(log.channels, log.measured.T.copy(), strict=True))}
+    if readings is None:
+        columns["dtheta_p"][3:] = np.nan
+    else:
+        columns["dtheta_p"][:] = readings
+    with pytest.raises(Failure, match=said):
+        load_log(columns)

@@ -153,7 +153,7 @@ def test_one_that_waits_before_it_moves_is_led_by_rest(delay):
 
 def test_a_machine_that_must_be_balanced_never_begins_at_rest():
     table = Model.default().table
-    turning = {"theta_p": 0.1 * after(0.0), "dtheta_p": np.zeros(len(AXIS_T)), "theta_w": after(0.0)}
+    turning = {"theta_p": 0.1 * after(0.0), "dtheta_p": np.gradient(0.1 * after(0.0), AXIS_T), "theta_w": after(0.0)}
     log = Log.from_arrays(AXIS_T, v_in=np.where(AXIS_T < 1.0, 6.0, 3.0), **turning)
     assert led_by_rest(log, table) is log
 

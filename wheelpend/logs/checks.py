@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import ROW_NUMBER, ColumnSource, ColumnTable
+from wheelpend.logs.columns import NO_RATES, ROW_NUMBER, ColumnSource, ColumnTable
 from wheelpend.logs.commands import unknown_input_text
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log
 from wheelpend.logs.units import UNIT_CONVERSIONS
@@ -19,6 +19,7 @@ MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squa
 READABLE_INTERVALS_S = 1e-12, 1e12  # s; with the right unit no log is beyond, and a wrong one can still be told
 MIN_SHAKING_SIGMAS = 20.0  # of white noise, by which a channel is off its mean that moves within such a block
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
+MIN_READINGS = 5  # of a channel, below which its noise is not known
 MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
 INTERVAL_CURE = (
     "say how many seconds are from row to row, by --interval S of `inspect` and `new`, or in a model's [columns] by "
@@ -107,6 +108,25 @@ def check_input_acts(log: str, values: Mapping[str, np.ndarray], table: ColumnTa
             f"{log}: {name} must vary for anything to be learnt, or set a machine at rest in motion, but it is "
             f"{lowest:g} {table.units[name]} throughout. Record a log in which {table.words.works}."
         )
+
+
+def check_sensors_act(log: str, values: Mapping[str, np.ndarray], table: ColumnTable) -> None:
+    """Raise Failure of a channel that is hardly ever read, and of a rate that never changes though its place does.
+
+    The noise of neither is known, and at what is found in its place such readings outweigh all others.
+    """
+    for name in (c for c in table.channels if c in values):
+        readings, place = values[name], values.get(table.rates.get(name, ""))
+        cure = "" if place is None else f", or say in the model's [assumptions] that nothing reads it ({NO_RATES})"
+        known = readings[np.isfinite(readings)]
+        if known.size < min(MIN_READINGS, len(readings)):
+            raise Failure(f"{log}: {name} must be read often enough to tell its noise, but has {known.size} values in "
+                          f"{len(readings)} rows. Log it in more of them{cure}.")  # fmt: skip
+        if place is not None and known.min() == known.max() and np.nanmin(place) < np.nanmax(place):
+            raise Failure(
+                f"{log}: {name} must change where {table.rates[name]} does, of which it is the rate, but is "
+                f"{known[0]:g} {table.units[name]} throughout. Look whether it is connected{cure}."
+            )
 
 
 def is_step_from_rest(values: Mapping[str, np.ndarray], table: ColumnTable) -> bool:

@@ -16,6 +16,7 @@ from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.units import UNIT_CONVERSIONS, speed_unit, unit_base, unit_ending, without_unit
 
 TIME_ALIASES = ("time", "timestamp", "stamp", "sec")  # other names of columns; only used to propose a mapping
+NO_RATES = "gyro of a robot on wheels, rate_sensor of any plant"  # assumptions of a machine without a sensor of a rate
 ROW_NUMBER = "row number"  # stands for a column that counts the rows, in a log without a clock
 INPUT_ALIASES = (
     "volt", "input", "motor", "command", "u", "ua", "u_a", "vir", "effort", "torque", "tau", "force", "current", "pwm",
@@ -243,8 +244,7 @@ def missing_columns_text(
     ]
     nameless = all(n == f"{NAMELESS_PREFIX}{k}" for k, n in enumerate(names, 1))
     rates = " and ".join(n for n in absent if n in table.rates)
-    without = "gyro of a robot on wheels, rate_sensor of any plant"
-    unread = f"If no sensor reads {rates}, the model's [assumptions] say so ({without}). " if rates else ""
+    unread = f"If no sensor reads {rates}, the model's [assumptions] say so ({NO_RATES}). " if rates else ""
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
     return (
         f"{log}: {what} missing. The {kind} has{', without a header' if nameless else ''}: {', '.join(names)}. "

@@ -7,6 +7,7 @@ upper limit, and the least one holds, up to its standard error.
 from __future__ import annotations
 
 from math import comb
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,8 @@ INPUT_GAIN_LAGS = 3  # samples of the input whose effect may depend on where the
 POSITION_AVERAGE_LAGS = 10  # samples that say where the machine is
 MIN_ROWS_PER_COEFFICIENT = 5  # predicted samples for each coefficient of a prediction
 MAX_PREDICTED_SAMPLES = 4_000  # samples, which give a standard deviation to 1.1 %
+LOST_ROW_RATIO = 1.5  # times the usual interval between rows, from which on one is missing
+JUMP_DEVIATIONS = 12.0  # times the median one: what is further off disturbs the predictions that look back at it
 RANK_TOLERANCE = 1e-10  # relative singular value below which a direction of the regressors says nothing
 
 
@@ -133,13 +136,25 @@ def predicted_noise(log: Log) -> list[tuple[float, float]]:
     would predict it. Infinite where the log is too short.
     """
     signals = [_held(s) for s in (*log.measured.T, *log.inputs) if np.isfinite(s).any() and np.ptp(s[np.isfinite(s)])]
+    inputs = [_held(u) for u in log.inputs if np.isfinite(u).any()]
     predictors = min(MAX_PREDICTORS, len(log) // MIN_ROWS_PER_COEFFICIENT)
-    lags = predictors // max(len(signals), 1)
-    rows = _predictable_samples(log, lags)
-    if lags < INPUT_GAIN_LAGS or not rows.size:
-        return [(np.inf, 0.0)] * len(log.channels)
-    regressors = _regressors(signals, [_held(u) for u in log.inputs if np.isfinite(u).any()], rows, lags)
-    return _prediction_errors(regressors, log.measured[rows])
+    most = predictors // max(len(signals), 1)
+
+    def rest_of(begins: np.ndarray) -> _Prediction | None:
+        lags, rows = most, _predictable_samples(log, begins, most)
+        while lags >= 2 * INPUT_GAIN_LAGS and rows.size < MIN_ROWS_PER_COEFFICIENT * lags * len(signals):
+            lags //= 2  # where rows are missing again and again, few have a long past
+            rows = _predictable_samples(log, begins, lags)
+        if lags < INPUT_GAIN_LAGS or not rows.size:
+            return None
+        return _predicted(_regressors(signals, inputs, rows, lags), log.measured[rows], rows)
+
+    begins = _begins(log)
+    found = rest_of(begins)
+    if found is not None and (jumps := found.jumps()).size:
+        begins[np.minimum(jumps + 1, len(log) - 1)] = True
+        found = rest_of(begins) or found
+    return found.errors() if found else [(np.inf, 0.0)] * len(log.channels)
 
 
 def _held(signal: np.ndarray) -> np.ndarray:
@@ -149,10 +164,26 @@ def _held(signal: np.ndarray) -> np.ndarray:
     return (held - held.mean()) / max(float(held.std()), 1e-300)
 
 
-def _predictable_samples(log: Log, lags: int) -> np.ndarray:
-    """Complete samples with so many before them without a gap, at most MAX_PREDICTED_SAMPLES, spread over the log."""
-    gap = np.concatenate([[True], np.diff(log.t) > log.longest_interval])
-    rows = np.flatnonzero((np.arange(len(log)) - last_true(gap) >= lags) & np.isfinite(log.measured).all(axis=1))
+def _begins(log: Log) -> np.ndarray:
+    """Mask (N,) of the samples before which one is missing: a row, the reading of a channel, the way of an encoder.
+
+    One reading that is held, one row that was lost or one jump among what predicts is as large as the motion of a step
+    and more, and would be taken for noise. A slow sensor is read in every so many rows, and none is missing between.
+    """
+    begins = np.concatenate([[True], np.diff(log.t) > LOST_ROW_RATIO * log.dt])
+    begins[list(log.breaks)] = True
+    for column in np.isfinite(log.measured).T:
+        read = np.flatnonzero(column)
+        if read.size > 1:
+            steps = np.diff(read)
+            begins[read[1:][steps > max(np.median(steps), 1.0)]] = True
+    return begins
+
+
+def _predictable_samples(log: Log, begins: np.ndarray, lags: int) -> np.ndarray:
+    """Complete samples with so many before them since one of a mask (N,), at most MAX_PREDICTED_SAMPLES, spread out."""
+    known = np.isfinite(log.measured).all(axis=1)
+    rows = np.flatnonzero((np.arange(len(log)) - last_true(begins) >= lags) & known)
     return rows[:: max(1, -(-rows.size // MAX_PREDICTED_SAMPLES))]
 
 
@@ -171,18 +202,35 @@ def _regressors(signals: list[np.ndarray], inputs: list[np.ndarray], rows: np.nd
     return np.concatenate(columns, axis=1)
 
 
-def _prediction_errors(regressors: np.ndarray, targets: np.ndarray) -> list[tuple[float, float]]:
-    """Standard deviation of each column of targets (n, channels) that regressors (n, p) leave, and its error.
+class _Prediction(NamedTuple):
+    """What is left of the channels at some samples by what predicts them."""
+
+    rest: np.ndarray  # (n, channels)
+    rows: np.ndarray  # (n,) samples
+    freedom: int  # samples less coefficients
+
+    def errors(self) -> list[tuple[float, float]]:
+        """Standard deviation of each channel's rest, and its relative standard error."""
+        ratio = len(self.rows) / self.freedom
+        variances = [mean_without_bursts(r**2) * ratio for r in self.rest.T]
+        return [(float(np.sqrt(v)), float(np.sqrt(0.5 / self.freedom))) for v in variances]
+
+    def jumps(self) -> np.ndarray:
+        """Samples (k,) at which a channel goes far from where it was predicted."""
+        size = np.abs(self.rest)
+        usual = np.median(size, axis=0)
+        return self.rows[((size > JUMP_DEVIATIONS * usual) & (usual > 0.0)).any(axis=1)]
+
+
+def _predicted(regressors: np.ndarray, targets: np.ndarray, rows: np.ndarray) -> _Prediction | None:
+    """What regressors (n, p) leave of targets (n, channels) at samples (n,); None where these are too few.
 
     Made triangular first, with the targets beside them: that costs a tenth of singular values of all rows.
     """
     count, width = regressors.shape
     if count < 2 * width:
-        return [(np.inf, 0.0)] * targets.shape[1]
+        return None
     centred = targets - targets.mean(axis=0)
     triangular = np.asarray(np.linalg.qr(np.hstack([regressors, centred]), mode="r"))[:width]
     coefficients, _, rank, _ = np.linalg.lstsq(triangular[:, :width], triangular[:, width:], RANK_TOLERANCE)
-    rest = centred - regressors @ coefficients
-    freedom = count - int(rank)
-    variances = [mean_without_bursts(r**2) * count / freedom for r in rest.T]
-    return [(float(np.sqrt(v)), float(np.sqrt(0.5 / freedom))) for v in variances]
+    return _Prediction(centred - regressors @ coefficients, rows, count - int(rank))
