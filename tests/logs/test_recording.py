@@ -103,3 +103,12 @@ def test_a_pendulum_that_is_held_at_first_is_judged_from_where_it_is_let_go(held
 @pytest.mark.parametrize("friction", [0.0, 12.0])  # of 17 that pull at first
 def test_one_that_is_let_go_from_rest_as_the_log_begins_is_not_held(noise, friction):
     assert not load_log(swing(0.0, noise=noise, friction=friction), table=PENDULUM, name="free").faults
+
+
+def test_a_speed_that_flickers_between_two_counts_is_at_no_ceiling():
+    steady = 50.0 * np.floor(np.cumsum(np.full(80, 9.75)) % 1.0 + 9.75)  # of 9.75 counts in each row
+    steady[np.flatnonzero(steady < 500.0)[::3]] += 4.5  # a row that came early
+    speed = np.concatenate([np.zeros(10), [100.0, 300.0, 400.0, 450.0], steady])
+    assert not readings_at_ceiling(speed, speed)[0].any()
+    swing = np.clip(700.0 * np.sin(0.12 * np.arange(400)), -500.0, 500.0)
+    assert readings_at_ceiling(swing, swing)[0].any()
