@@ -77,6 +77,15 @@ def swing(
     return t, np.array(torques), np.array(angles)
 
 
+def arm_with_torque_sensor(acts: bool = False) -> dict[str, np.ndarray]:
+    """An arm whose torque is read with noise of 0.03 N m, a tenth of its scatter, at a sensor; or noise that acts."""
+    t, rng = np.arange(3000) * DT_S, np.random.default_rng(11)
+    torque = 0.4 * np.sin(1.1 * t) + 0.2 * np.sin(2.3 * t + 1.0) + 0.1 * np.sin(9.1 * t)
+    read = torque + 0.03 * rng.standard_normal(t.size)
+    _, _, angle = swing(begin=0.0, torque=read if acts else torque)
+    return {"time": t, "tau_N m": read, "q_rad": angle + 1e-5 * rng.standard_normal(t.size)}
+
+
 def balancing_robot(seed: int = 3, duration: float = 12.0) -> dict[str, np.ndarray]:
     """Columns (N,) of a balancing robot as it writes them, under names that say nothing.
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tests.raw_logs import driven_axis, fast_motor, robot, swing, two_wheels, way_of, write_csv
+from tests.raw_logs import arm_with_torque_sensor, driven_axis, fast_motor, robot, swing, two_wheels, way_of, write_csv
 from tests.support import ROOT, run
 from wheelpend import Failure
 from wheelpend.inspection.angle_unit import swings_beyond_a_turn
@@ -98,6 +98,7 @@ RAW = {
     "a robot of whose wheels only the speed is logged": lambda: {
         n: v for n, v in robot(wheel_speed=np.gradient(robot()["wheel"], robot()["time"])).items() if n != "wheel"
     },
+    "a torque that a sensor reads with noise": arm_with_torque_sensor,
 }
 
 

@@ -13,11 +13,12 @@ from wheelpend.logs.units import unit_ending
 
 __all__ = ["Finding", "LogCorrections", "with_consistent_signs", "with_settings"]
 
-COLUMN_KEYS = ("column", "unit", "sign", "scale", "offset", "times")  # of an entry of [columns]
+COLUMN_KEYS = ("column", "unit", "sign", "scale", "offset", "times", "smooth")  # of an entry of [columns]
 CURING_KEYS = {  # of an entry of [columns], by the kind of finding that they cure
     "flipped_sign": ("sign", "offset"),
     "wrong_unit": ("unit", "scale"),
     "counts": ("scale",),
+    "noisy_input": ("smooth",),
     "swapped_channels": COLUMN_KEYS,
 }
 ENCODER_SETTINGS = {  # what cures a finding on what an encoder is read against
@@ -39,6 +40,7 @@ class LogCorrections:
     unit: dict[str, str] = field(default_factory=dict)
     sign: dict[str, int] = field(default_factory=dict)
     scale: dict[str, float] = field(default_factory=dict)  # by which a column is multiplied beside how it was read
+    smooth: dict[str, float] = field(default_factory=dict)  # s, of inputs
     encoder: str = ""  # absolute or relative, where the declared one is wrong
     second_encoder: str = ""  # likewise of a second link's
     rate_delay_samples: float = 0.0  # samples by which a rate lags its angle; no line of a model file cures that
@@ -50,6 +52,7 @@ class LogCorrections:
             *self.source,
             *self.unit,
             *self.scale,
+            *self.smooth,
             *(c for c, sign in self.sign.items() if sign < 0),
         }
         names = [c for c in self.table.names if c in corrected]
@@ -79,6 +82,7 @@ class LogCorrections:
             *(["sign = -1"] if wanted.sign < 0 else []),
             *([f"offset = {wanted.offset:.9g}"] if wanted.offset else []),
             *([f"times = {json.dumps(wanted.times, ensure_ascii=False)}"] if wanted.times else []),
+            *([f"smooth = {wanted.smooth!r}"] if wanted.smooth else []),
         ]
         return "{ " + ", ".join(parts) + " }"
 
@@ -92,7 +96,8 @@ class LogCorrections:
             unit = ending if ending != self.other_input_unit else ""
         turn = self.sign.get(name, 1)
         scale = known.scale * self.scale.get(name, 1.0)
-        return ColumnMap(known.column, unit, known.sign * turn, scale, known.offset * turn, known.times)
+        smooth = self.smooth.get(name, known.smooth if source == name else 0.0)
+        return ColumnMap(known.column, unit, known.sign * turn, scale, known.offset * turn, known.times, smooth)
 
     def column_settings(self, name: str, keys: Collection[str] = COLUMN_KEYS) -> dict[str, Any]:
         """What `wheelpend set` would change of how a quantity is read: these keys, and a column that was guessed."""

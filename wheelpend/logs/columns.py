@@ -29,7 +29,8 @@ INPUT_NAME_UNITS = {"volt": "V", "current": "A", "torque": "N m", "tau": "N m", 
 class ColumnMap:
     """The column of a log that holds a quantity, with its unit, its sign against ours, its scale and its zero.
 
-    measured = sign · scale · (value in SI units) · times + offset, times being the value of another column.
+    measured = sign · scale · (value in SI units) · times + offset, times being the value of another column; behind a
+    Gaussian that looks both ways, where an input is smoothed.
     """
 
     column: str
@@ -38,6 +39,7 @@ class ColumnMap:
     scale: float = 1.0  # by which a column is multiplied that is in no such unit: rad per count, V per duty
     offset: float = 0.0  # what is measured where the column reads zero, in the quantity's own unit
     times: str = ""  # another column, which multiplies it sample by sample: a battery's volts beside a duty
+    smooth: float = 0.0  # s, standard deviation of a Gaussian behind which an input is that a sensor reads
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNIT_CONVERSIONS:
@@ -49,6 +51,8 @@ class ColumnMap:
             raise Failure(f"scale must be a positive number, not {self.scale}; sign = -1 turns a column round.")
         if not math.isfinite(self.offset):
             raise Failure(f"offset must be a finite number, in the unit of the quantity, not {self.offset}.")
+        if not (math.isfinite(self.smooth) and self.smooth >= 0):
+            raise Failure(f"smooth must be a time in s, over which an input is smoothed, not {self.smooth}.")
 
 
 @dataclass(frozen=True)
@@ -139,6 +143,7 @@ class ColumnSource(NamedTuple):
     offset: float = 0.0  # in the quantity's unit
     times: str = ""  # a column of the file that multiplies it sample by sample; nothing where none does
     is_speed: bool = False  # of the place that it is read as: it is summed over time
+    smooth: float = 0.0  # s, of an input that a sensor reads
 
 
 def find_sources(
@@ -162,9 +167,12 @@ def find_sources(
             known, is_speed = unit_conversion(name, mapped.unit, table)
             if name == "t" and mapped.offset:
                 raise Failure("[columns] t must have no offset: times count from the first sample. Remove it.")
+            if mapped.smooth and name not in table.inputs:
+                raise Failure(f"[columns] {name} must have no smooth: only an input may be smoothed; what reads the "
+                              "machine counts by its noise. Remove it.")  # fmt: skip
             check_factor(log, name, mapped, names, kind)
             factor = mapped.sign * mapped.scale * known
-            sources[name] = ColumnSource(mapped.column, factor, mapped.offset, mapped.times, is_speed)
+            sources[name] = ColumnSource(mapped.column, factor, mapped.offset, mapped.times, is_speed, mapped.smooth)
         elif name in names:
             sources[name] = ColumnSource(name, 1.0)
             if mapped and name in columns:

@@ -32,6 +32,7 @@ from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.noise import noise_of_moving
 from wheelpend.logs.recording import cured, seams_of
+from wheelpend.logs.smoothed_input import smoothed_input
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
@@ -86,6 +87,8 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     for name in table.inputs:
         columns_by_name[name], remarks = held_commands(log_name, name, columns_by_name[name])
         notes += remarks
+        if width := sources[name].smooth:
+            columns_by_name[name] = smoothed_input(columns_by_name[name], t, width)
     check_input_acts(log_name, columns_by_name, table)
     seams = seams_of(raw_t, columns_by_name, table)  # before they are made continuous
     notes += unwrap_positions(columns_by_name, raw_t, table, sources)

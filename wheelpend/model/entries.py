@@ -62,6 +62,7 @@ class Column:
     scale: float = 1.0
     offset: float = 0.0  # in the quantity's unit, added after sign and scale
     times: str = ""  # another column of the log, which multiplies it sample by sample
+    smooth: float = 0.0  # s, over which an input is smoothed that a sensor reads
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,16 @@ MODEL_FILE_CHECK = table(
     sensors=table_with_rest(Sensors, "of_plant", noise=mapping(NOISE_CHECK), step=mapping(nonnegative)),
     controller=table(Controller, kind=one_of("pid"), gains=list_of(number, count=3)),
     columns=mapping(
-        table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive, offset=number, times=text)
+        table(
+            Column,
+            column=text,
+            unit=text,
+            sign=one_of(1, -1),
+            scale=positive,
+            offset=number,
+            times=text,
+            smooth=nonnegative,
+        )
     ),
     simulation=mapping(number),
     input=table(Input, unit=one_of(*UNIT_WORDS)),
