@@ -175,7 +175,7 @@ def test_a_torque_that_is_a_target_is_the_input_and_an_error_of_the_speed_no_rat
 def test_a_set_point_without_a_command_is_told_to_be_of_a_machine_that_is_driven(tmp_path):
     columns = swinging_columns() | {"TargetAngle": np.full(900, 0.3)}
     found = first_look(write_csv(tmp_path / "held.csv", columns))
-    assert any("TargetAngle is called a set point: a controller drives" in s for s in found.proposal.sentences)
+    assert any("TargetAngle is a set point: a controller drives" in s for s in found.proposal.sentences)
     columns |= {"voltage": np.sin(np.arange(900) * 0.02)}
     found = first_look(write_csv(tmp_path / "driven.csv", columns))
     assert not any("set point" in s for s in found.proposal.sentences)

@@ -192,3 +192,18 @@ def test_a_shaft_and_its_speed_in_counts_of_a_row_are_in_units_that_their_ratio_
     assert ("dtheta_m" in entries) == (rows == 90), "of a long log it is seen to be no sensor of its own"
     assert "dtheta_m" not in entries or entries["dtheta_m"]["unit"] == units[1]
     assert not look.log.faults and np.isfinite(look.log.measured).all()
+
+
+def test_an_angle_that_a_servo_is_commanded_is_a_set_point_and_drives_nothing(tmp_path):
+    t = 0.05 * np.arange(300)
+    command = np.repeat([90.0, 20.0, 90.0, 160.0, 60.0, 120.0], 50)
+    angle, angles = 90.0, []
+    for goal in command:
+        angles.append(np.round(angle))
+        angle += 0.3 * (goal - angle)
+    columns = {"t": t, "command_angle": command, "feedback_angle": np.array(angles)}
+    look = first_look(write_csv(tmp_path / "servo.csv", columns))
+    assert roles(tmp_path / "servo.csv")["command_angle"] == "reference" and "v_in" not in look.model
+    assert any("command_angle is a set point: a controller drives the machine" in s for s in look.proposal.sentences)
+    drive = write_csv(tmp_path / "drive.csv", columns | {"command_angle": 0.01 * command - 0.9})
+    assert roles(drive)["command_angle"] == "input", "what the place does not come to drives it"

@@ -9,7 +9,7 @@ from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS
 from wheelpend.logs.units import UNIT_CONVERSIONS, stated_unit, unit_base, without_unit, words_of
 
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
-RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm")
+RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos", "dot", "rpm", "tach")
 ACCELERATION_NAMES = ("accel", "accl", "ddot", "ddtheta", "ddq")
 AXIS_ACCELERATION, AXIS_RATE = re.compile(r"a(cc)?_?[xyz]"), re.compile(r"g(yr)?_?[xyz]")  # of an IMU: ax, gyr_z
 MAGNITUDE_NAMES = ("absolute", "magnitude", "norm")  # of three axes together, which has no direction

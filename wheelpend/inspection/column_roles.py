@@ -15,6 +15,7 @@ from wheelpend.inspection.column_names import (
     DUTY_NAMES,
     ERROR_NAMES,
     REFERENCE_NAMES,
+    SENSOR_NAMES,
     are_body_and_wheel,
     contains,
     controller_terms,
@@ -34,7 +35,7 @@ from wheelpend.inspection.column_names import (
 )
 from wheelpend.inspection.file_values import MAX_STEP_SHARE
 from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit, sum_misfit
-from wheelpend.inspection.raw_units import full_scale, states_volts
+from wheelpend.inspection.raw_units import full_scale, is_followed, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals
 from wheelpend.inspection.unnamed_columns import is_battery, nameless_command, unnamed_command
 from wheelpend.logs.checks import starts_at_rest
@@ -123,6 +124,7 @@ def roles_of(
     free = [n for n in free if n not in roles and not is_no_place(n)]
     roles |= references_among(free, values)
     roles |= {n: ("position", "") for n in free if n not in roles and n in places}
+    roles |= goals_among([n for n, (role, _) in roles.items() if role == "input"], values, roles)
     return roles | {n: ("further", "") for n in values if n not in roles}
 
 
@@ -222,6 +224,16 @@ def references_among(names: list[str], values: dict[str, np.ndarray]) -> dict[st
         elif smoother and not contains(a, REFERENCE_NAMES):
             found[b] = ("further", "")
     return found | {n: ("reference", "") for n in names if contains(n, REFERENCE_NAMES) and n not in found}
+
+
+def goals_among(
+    inputs: list[str], values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
+) -> dict[str, tuple[str, str]]:
+    """Commands that are called an angle or a place, and to which a position goes: set points of a servo's own loop."""
+    called = [n for n in inputs if has_word(n, (*ANGLE_NAMES, *SENSOR_NAMES)) or stated_base(n) in ("rad", "m")]
+    places = [n for n, (role, _) in roles.items() if role == "position"]
+    pairs = {(n, p): np.isfinite(values[n]) & np.isfinite(values[p]) for n in called for p in places}
+    return {n: ("reference", p) for (n, p), k in pairs.items() if k.any() and is_followed(values[n][k], values[p][k])}
 
 
 def lead_samples(follower: np.ndarray, leader: np.ndarray) -> int:

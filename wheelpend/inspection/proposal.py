@@ -418,11 +418,12 @@ def plants_sentence(found: list[Candidate]) -> str:
 
 def controlled_sentence(survey: Survey, best: Candidate) -> list[str]:
     """That a file with a set point is of a machine that a controller drives, where no column is what it commands."""
-    goal = next((c.name for c in survey.columns if contains(c.name, REFERENCE_NAMES)), "")
+    called = (c.name for c in survey.columns if contains(c.name, REFERENCE_NAMES))
+    goal = next(iter([*survey.of_role("reference"), *called]), "")
     if not goal or best.table.inputs:
         return []
     return [
-        f"{goal} is called a set point: a controller drives the machine, and no column is what it commands. In a model "
+        f"{goal} is a set point: a controller drives the machine, and no column is what it commands. In a model "
         "that nothing drives its controller stands for gravity: log the command too."
     ]
 
