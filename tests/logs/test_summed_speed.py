@@ -59,6 +59,16 @@ def test_two_decimals_are_enough_for_a_speed_of_many_counts():
     assert np.abs(way - counts).max() < 0.1, "its digits do not add up"
 
 
+def test_counts_sum_to_counts_however_late_a_row_comes_and_their_error_is_that_of_rounding():
+    late = T + 0.0003 * np.random.default_rng(3).uniform(size=len(T)) * (np.arange(len(T)) % 40 == 0)
+    columns = {"t": late, "v_in": VOLTS, "n": COUNTED_RPM}
+    log = load_log(columns, {"x": ColumnMap("n", "m/s", scale=np.pi / 30.0)}, SLIDE.table)
+    count = 2.0 * np.pi / 1024
+    ways = np.diff(log.measured[5:, 0]) / count
+    assert ways == pytest.approx(np.round(ways), abs=1e-3)
+    assert sensor_noise(log, {}, {}).sigma[0] == pytest.approx(count / np.sqrt(12.0), rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("speed", "unit"),
     [

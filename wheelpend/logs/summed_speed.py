@@ -11,6 +11,7 @@ from wheelpend.logs.outliers import without_spikes
 
 SPEED_UNITS = (1.0, math.radians(1.0), math.pi / 30.0, 2.0 * math.pi)  # rad/s, deg/s, rpm and rev/s, in rad/s
 MAX_INTERVAL_SCATTER = 1e-2  # of the interval: of a clock that scatters more, counts of a row tell no speed in steps
+MAX_LATE_SHARE = 0.5  # of the interval, by which a row is late that follows the one before
 MIN_EVEN_SHARE = 0.9  # of the intervals that scatter less, gaps aside
 COUNTS_PER_TURN = (4.0, 1e5)  # of a shaft
 WHOLE_TOLERANCE = 0.005  # by which such a number is off a whole one: one in 30 is by chance, of three turns
@@ -27,9 +28,8 @@ def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
     if not known.any():
         return speed
     whole = np.interp(t, t[known], speed[known])
-    means = counted(whole)[1:] if counts_per_turn(speed, t) else 0.5 * (whole[1:] + whole[:-1])
-    way = np.concatenate([np.zeros(1), np.cumsum(means * np.diff(t))])
-    return np.where(known, way, np.nan)
+    steps = counted(whole, t) if counts_per_turn(speed, t) else 0.5 * (whole[1:] + whole[:-1]) * np.diff(t)
+    return np.where(known, np.concatenate([np.zeros(1), np.cumsum(steps)]), np.nan)
 
 
 def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
@@ -56,10 +56,16 @@ def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
     return next((round(n) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), 0)
 
 
-def counted(speed: np.ndarray) -> np.ndarray:
-    """A speed (N,) without gaps that an encoder counted, without the error of its last digits."""
+def counted(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """The ways (N - 1,) that a speed (N,) without gaps was made of by an encoder, in its counts, at times (N,) [s].
+
+    The digits of the speed are no part of them, nor is how late a row came: the speed was made for the usual interval.
+    """
     _, step = whole_counts(np.unique(speed), find_quantum(speed))
-    return step * np.round(speed / step)
+    intervals = np.diff(t)
+    usual = float(np.median(intervals))
+    even = np.abs(intervals - usual) < MAX_LATE_SHARE * usual
+    return np.asarray(step * np.round(speed[1:] / step) * np.where(even, usual, intervals))
 
 
 def whole_counts(speed: np.ndarray, step: float) -> tuple[np.ndarray, float]:
