@@ -140,15 +140,17 @@ def find_quantum(signal: np.ndarray) -> float:
     values = np.unique(signal[np.isfinite(signal)])
     if values.size < 3:
         return 0.0
-    steps = np.diff(values)
     span = float(values[-1] - values[0])
-    steps = steps[steps > max(DIGITS * float(np.abs(values).max()), 1e-9 * span)]
-    if not steps.size:
-        return 0.0
-    step = float(np.median(steps[steps < 1.5 * steps.min()]))
-    if span >= MAX_COUNTS * step:
-        return 0.0
-    return next((s for s in (step, _counted_step(values, step)) if is_quantised(values, s)), 0.0)
+    digits = max(DIGITS * float(np.abs(values).max()), 1e-9 * span)
+    steps = np.diff(values)
+    for gaps in (steps, np.diff(np.unique(steps))):  # what goes on and on never moves by a single step, but by others
+        found = gaps[gaps > digits]
+        if not found.size or span >= MAX_COUNTS * found.min() or found.min() > np.median(steps[steps > digits]):
+            return 0.0
+        step = float(np.median(found[found < 1.5 * found.min()]))
+        if quantised := next((s for s in (step, _counted_step(values, step)) if is_quantised(values, s)), 0.0):
+            return quantised
+    return 0.0
 
 
 def _counted_step(values: np.ndarray, step: float) -> float:
