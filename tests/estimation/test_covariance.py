@@ -1,9 +1,10 @@
 """Standard errors hold where noise has colour."""
 
 import numpy as np
+import pytest
 from scipy.signal import lfilter
 
-from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
+from wheelpend.estimation.covariance import block_numbers, correlated_samples, is_autocorrelated, jackknife_covariance
 from wheelpend.estimation.normal_equations import NormalEquations
 from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 
@@ -66,3 +67,10 @@ def test_a_block_moves_the_fit_by_as_much_as_a_fit_without_it():
     segments = NormalEquations(layout, informations, scores, np.zeros(30))
     found = jackknife_covariance(np.linalg.inv(rows.T @ rows), segments, block)
     assert np.allclose(found, 5 / 6 * np.transpose(moves) @ moves, rtol=1e-9)
+
+
+def test_a_sample_is_worth_as_many_as_it_is_correlated_with():
+    bounds = np.array([[0, 4000]])
+    assert correlated_samples(autoregressive((1, 4000), 0.0).T, bounds) == pytest.approx(1.0, abs=0.3)
+    assert correlated_samples(autoregressive((1, 4000), 0.8).T, bounds) == pytest.approx(9.0, rel=0.3)
+    assert correlated_samples(np.full((4000, 1), np.nan), bounds) == 1.0

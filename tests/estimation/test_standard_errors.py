@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support import X, simulated
-from wheelpend import Model
+from wheelpend import Log, Model, identify
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.least_squares import filtered_least_squares
@@ -18,6 +18,12 @@ from wheelpend.estimation.parameters import FreeParameter, kernel_parameters
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.identification.recursive import recursive_least_squares
 
+SHAFT = Model.parse("""plant = "shaft"
+
+[parameters]
+X1 = { nominal = 0.005 }
+X2 = { nominal = 0.05 }
+""")
 THREE = SimpleNamespace(LINEAR=("a", "b", "c"))
 
 
@@ -99,3 +105,30 @@ def test_the_error_of_a_fit_discounts_the_states_that_it_fitted(fitted):
     _, found = fitted
     assert found.states[0].size == 4 * len(found.states[0]) > 100
     assert found.error == pytest.approx(np.sqrt(found.cost / (found.count - found.states[0].size)))
+
+
+def short_motor(seed: int, rows: int = 26, interval: float = 0.02) -> Log:
+    """Half a second of a motor, X1 0.005 and X2 0.05, that a small force pushes at random, noise 10 mrad."""
+    rng, steps = np.random.default_rng(seed), 100
+    angle, speed, force, rows_out = 0.0, 0.0, 0.0, []
+    volts = np.repeat(rng.uniform(-3.0, 3.0, rows // 4 + 1), 4)[:rows]
+    h = interval / steps
+    for u in volts:
+        rows_out.append(angle)
+        for _ in range(steps):
+            force += -force * h / 0.1 + 0.12 * np.sqrt(2.0 * h / 0.1) * rng.standard_normal()
+            speed += h * (u - 0.05 * speed + force) / 0.005
+            angle += h * speed
+    angles = np.array(rows_out) + 0.01 * rng.standard_normal(rows)
+    return Log.from_arrays(interval * np.arange(rows), table=SHAFT.table, v_in=volts, theta_m=angles)
+
+
+def test_the_errors_of_a_single_segment_are_not_those_of_white_noise():
+    deviations = []
+    for seed in range(24):
+        found = identify(SHAFT, short_motor(seed), method="shooting").parameters
+        deviations += [
+            abs(found["X1"].value - 0.005) / found["X1"].sigma,
+            abs(found["X2"].value - 0.05) / found["X2"].sigma,
+        ]
+    assert 0.3 < np.median(deviations) < 4.0, "by the information alone it is about 13"

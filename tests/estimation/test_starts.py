@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from wheelpend import Model, load_log
+from wheelpend.estimation.data import prepare
 from wheelpend.estimation.nonnegative import nonnegative_least_squares
+from wheelpend.estimation.starts import start_candidates
 from wheelpend.kernels.load import model_module
 
 
@@ -17,3 +19,12 @@ def test_a_mass_that_runs_at_constant_speed_under_an_input_gets_an_inertia_that_
     module = model_module(model.plant, model.assumptions, ())
     found = nonnegative_least_squares(module, log, np.zeros(module.NP), (0.1, 0.13))
     assert 0.0 < found["X1"] < 1e9
+
+
+def test_a_start_comes_from_the_first_log_that_is_long_enough_for_one():
+    model, t = Model.parse('plant = "slide"\n'), np.arange(0.0, 10.0, 0.01)
+    volts = 6.0 * np.sin(3.1 * t)
+    place = -volts / 3.1**2
+    logs = [load_log({"t": t[:n], "v_in": volts[:n], "x": place[:n]}, table=model.table) for n in (1000, 45)]
+    by_order = [start_candidates(prepare(model, both, lean=True)) for both in (logs, logs[::-1])]
+    assert by_order[0] and by_order[0] == by_order[1]

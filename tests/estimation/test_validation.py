@@ -194,6 +194,18 @@ def test_a_fit_percentage_is_what_the_error_leaves_of_the_spread(problem):
     assert fit_percent(problem, [0.0 * residual]) == pytest.approx(dict.fromkeys(segments.log.channels, 100.0))
 
 
+def test_where_each_log_lies_is_no_spread_that_a_model_explains(problem):
+    part = problem.data.validation[0]
+    segments = part.part
+    readings = np.full_like(segments.log.measured, np.nan)
+    a, b = segments.bounds[0, 0], segments.bounds[-1, 1]
+    readings[a:b] = segments.log.measured[a:b]
+    residual = 0.25 * (readings - np.nanmean(readings, axis=0)) / segments.sigma
+    elsewhere = replace(segments, log=replace(segments.log, measured=segments.log.measured + 1000.0))
+    both = replace(problem, data=replace(problem.data, validation=(part, replace(part, part=elsewhere))))
+    assert fit_percent(both, [residual, residual]) == pytest.approx(dict.fromkeys(segments.log.channels, 75.0))
+
+
 def test_a_phase_is_one_logs_and_an_amplitude_the_others():
     found = with_amplitude({"a": 0.6, "b": -0.8}, {"a": 0.0, "b": 3.0}, [("a", "b")])
     assert found == pytest.approx({"a": 1.8, "b": -2.4})

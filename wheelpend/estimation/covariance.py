@@ -8,6 +8,7 @@ determines a parameter almost alone (Bell & McCaffrey 2002; CV3 of MacKinnon, Ni
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 
 import numpy as np
 
@@ -55,7 +56,8 @@ def is_autocorrelated(residual: np.ndarray, bounds: np.ndarray) -> bool:
     """
     for channel in residual.T:
         runs = [r[np.isfinite(r)] for r in (channel[a:b] for a, b in bounds)]
-        variance = float(np.mean(np.concatenate(runs) ** 2)) if runs else 0.0
+        known = np.concatenate(runs) if runs else np.zeros(0)
+        variance = float(np.mean(known**2)) if known.size else 0.0
         length = 2
         while variance > 0.0 and length <= max(map(len, runs)) // 4:
             sums = np.concatenate([r[: len(r) // length * length].reshape(-1, length).sum(axis=1) for r in runs])
@@ -64,3 +66,19 @@ def is_autocorrelated(residual: np.ndarray, bounds: np.ndarray) -> bool:
                 return True
             length *= 2
     return False
+
+
+def correlated_samples(residual: np.ndarray, bounds: np.ndarray) -> float:
+    """Samples that a residual (N, channels) of segments (n, 2) is correlated over: 1 where it is white.
+
+    The sum of its autocorrelation until that is no longer positive, of the channel where it is largest: of so many
+    samples one is as good as independent.
+    """
+    found = [1.0]
+    for channel in residual.T:
+        for begin, end in bounds:
+            known = channel[begin:end][np.isfinite(channel[begin:end])]
+            power = float(known @ known)
+            lags = (float(known[k:] @ known[:-k]) / power for k in range(1, known.size) if power > 0.0)
+            found.append(1.0 + 2.0 * sum(takewhile(lambda share: share > 0.0, lags)))
+    return max(found)

@@ -6,7 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
+from wheelpend.estimation.covariance import (
+    block_numbers,
+    correlated_samples,
+    is_autocorrelated,
+    jackknife_covariance,
+)
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.normal_equations import NormalEquations, covariance_of
 from wheelpend.estimation.segments import Segments
@@ -25,7 +30,8 @@ def fit_at(problem: ShootingProblem, point: LinearisedPoint, converged: bool) ->
     covariance, condition, unidentifiable = covariance_of(along.T @ information @ along, parameters)
     covariance = along @ covariance @ along.T
     block = block_numbers([len(s) for s in point.states])
-    return Fit(
+    blocks = int(block.max(initial=-1)) + 1
+    fitted = Fit(
         values={**{k: float(v) for k, v in space.shared.items()}, **space.shared_values(theta)},
         per_log=tuple(space.per_log_values(theta, k) for k in range(len(problem.segments))),
         free=space.layout.elements,
@@ -37,10 +43,13 @@ def fit_at(problem: ShootingProblem, point: LinearisedPoint, converged: bool) ->
         condition=condition,
         unidentifiable=unidentifiable,
         converged=converged,
-        blocks=int(block.max(initial=-1)) + 1,
+        blocks=blocks,
         coloured=has_coloured_residual(problem, point),
         promised_decrease=promised_decrease(problem, theta, reduced.total.finite()),
     )
+    if blocks != 1:
+        return fitted
+    return replace(fitted, robust=covariance * _growth_by_colour(problem, point, fitted))
 
 
 def promised_decrease(problem: ShootingProblem, theta: np.ndarray, equations: NormalEquations) -> float:
@@ -49,6 +58,18 @@ def promised_decrease(problem: ShootingProblem, theta: np.ndarray, equations: No
         return 0.0
     step = problem.space.after_step(theta, equations, 0.0) - theta
     return max(float(2.0 * equations.score @ step - step @ equations.information @ step), 0.0)
+
+
+def _growth_by_colour(problem: ShootingProblem, point: LinearisedPoint, fitted: Fit) -> float:
+    """What the variances of a fit to a single segment are of those from its information.
+
+    There is no scatter between blocks to tell. The residual is as large as it is, and of the samples over which it is
+    correlated one is independent; of these as many as there are unknowns leave nothing.
+    """
+    rows = zip(problem.segments, point.states, problem.parameters_at(point.theta), strict=True)
+    over = max(correlated_samples(problem.simulator.shoot(s, x, p).residual, s.bounds) for s, x, p in rows if len(x))
+    independent, unknowns = fitted.count / over, len(fitted.free) + sum(s.size for s in fitted.states)
+    return max(fitted.error, 1.0) ** 2 * over * independent / max(independent - unknowns, 1.0)
 
 
 def has_coloured_residual(problem: ShootingProblem, point: LinearisedPoint) -> bool:

@@ -36,14 +36,16 @@ MAX_FITTED_STARTS = 3  # of the candidates, those with the least cost before any
 
 
 def start_candidates(problem: EstimationProblem) -> list[dict[str, float]]:
-    """Possible starts for the base parameters: the model's values, and filtered regressions of the first log.
+    """Possible starts for the base parameters: the model's values, and filtered regressions of a log.
 
+    That is the first one which is long enough for any filter.
     The parameters are sums of positive physical constants, so the regressions are nonnegative least squares. Raises
     Failure where the model gives no values and the log is too short for the fastest filter.
     """
     complete = _complete_initial_values(problem)
     known = complete or _initial_values(problem)
-    log, _ = longest_known_part(problem.logs[0])
+    pieces = [longest_known_part(log)[0] for log in problem.logs]
+    log = next((piece for piece in pieces if start_time_constants(piece)), pieces[0])
     log = log.part(0, min(len(log), MAX_START_SAMPLES))
     found = [*([complete] if complete else []), *_regressed_starts(problem, log, known)]
     if not found:

@@ -108,9 +108,7 @@ def fit_percent(problem: EstimationProblem, residuals: list[np.ndarray]) -> dict
     for c, channel in enumerate(segments[0].log.channels):
         pairs = list(zip(residuals, segments, strict=False))
         error = np.concatenate([r[:, c] * s.sigma[c] for r, s in pairs] or [np.zeros(1)])
-        values = np.concatenate(
-            [np.where(np.isfinite(r[:, c]), s.log.measured[:, c], np.nan) for r, s in pairs] or [np.zeros(1)]
-        )
-        spread = np.nanstd(values) * np.sqrt(np.isfinite(values).sum())
+        known = [s.log.measured[np.isfinite(r[:, c]), c] for r, s in pairs]
+        spread = np.sqrt(sum(float(np.sum((v - v.mean()) ** 2)) for v in known if v.size))  # each log about its own mean
         found[channel] = float(100.0 * (1.0 - np.sqrt(np.nansum(error**2)) / spread)) if spread > 0 else 0.0
     return found

@@ -167,6 +167,13 @@ class Log(NotebookResult):
         usual = float(np.quantile(np.diff(self.t[:EXCERPT_SAMPLES]), USUAL_SHARE)) if len(self) > 1 else 0.0
         return max(GAP_INTERVAL_RATIO * self.dt, min(LONG_PAUSE_RATIO * usual, MAX_PAUSE_S))
 
+    @cached_property
+    def reach(self) -> tuple[np.ndarray, np.ndarray]:
+        """How far each channel goes (channels,), and each input from zero (inputs,); NaN of one that is not known."""
+        ways = [np.ptp(v[np.isfinite(v)]) if np.isfinite(v).any() else np.nan for v in self.measured.T]
+        commands = [np.abs(u[np.isfinite(u)]).max() if np.isfinite(u).any() else np.nan for u in self.inputs]
+        return np.array(ways), np.array(commands)
+
     @property
     def duration(self) -> float:
         """Time from the first sample that was read to the last [s]."""
@@ -323,14 +330,14 @@ def _begins_at_rest(log: Log, begin: int, end: int) -> bool:
     A command may set out at once: what it finds at rest is not driven yet.
     """
     last = min(begin + max(int(np.searchsorted(log.t[begin:end], log.t[begin] + REST_DURATION_S)), 2), end)
-    for signals, from_zero in ((log.measured.T, False), (log.inputs, True)):
+    ways, commands = log.reach
+    for signals, reach, from_zero in ((log.measured.T, ways, False), (log.inputs, commands, True)):
         until = min(begin + 2, end) if from_zero else last
-        for signal in signals:
-            first, known = signal[begin:until], signal[np.isfinite(signal)]
-            if not known.size or not np.isfinite(first).all():
+        for signal, most in zip(signals, reach, strict=True):
+            first = signal[begin:until]
+            if not np.isfinite([most, *first]).all():
                 return False
-            spread = np.abs(first).max() if from_zero else np.ptp(first)
-            if spread > REST_SHARE * (np.abs(known).max() if from_zero else np.ptp(known)):
+            if (np.abs(first).max() if from_zero else np.ptp(first)) > REST_SHARE * most:
                 return False
     return True
 
