@@ -39,6 +39,15 @@ def test_a_segment_has_at_least_five_samples():
     assert np.diff(bounds).ravel().tolist() == [5] * 7
 
 
+def test_a_segment_of_a_sensor_that_is_read_seldom_is_as_long_as_five_readings_take():
+    log = synthetic(1000)
+    seldom = np.where(np.arange(1000)[:, None] % 25 == 0, log.measured, np.nan)
+    bounds = segment_bounds(replace(log, measured=seldom), 0.5)
+    readings = [int(np.isfinite(seldom[a:b, 0]).sum()) for a, b in bounds]
+    assert min(readings) == 5 and np.diff(bounds).min() >= 100
+    assert not len(segment_bounds(replace(log, measured=np.full((1000, 3), np.nan)), 0.5))
+
+
 def test_segments_stay_within_start_and_stop():
     bounds = segment_bounds(synthetic(1000), 0.5, start=120, stop=300)
     assert bounds.tolist() == [[120, 170], [170, 220], [220, 270], [270, 300]]

@@ -105,8 +105,11 @@ def prepare(
     problem = EstimationProblem(
         model, module, split, noise, horizon, INITIAL_MAX_STEP_S, warnings, without=tuple(without)
     )  # fmt: skip
-    if any(derive.effects.find(e).event for e in model.effects):
+    if any(derive.effects.find(e).event for e in model.effects) and not use_all:
         problem = with_interleaved_validation(problem, _known_event_times(model))
+        aside = [f"{log.name} is not judged: what happens once is in the logs that are fitted, of which every second "
+                 "segment is held out." for log in validation_logs]  # fmt: skip
+        problem = replace(problem, warnings=(*problem.warnings, *aside))
     else:
         said = [*_stillness_warnings(loaded, begins, words), *_motion_warnings(split, model)]
         problem = replace(problem, warnings=(*problem.warnings, *said))

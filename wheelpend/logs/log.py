@@ -168,6 +168,11 @@ class Log(NotebookResult):
         return max(GAP_INTERVAL_RATIO * self.dt, min(LONG_PAUSE_RATIO * usual, MAX_PAUSE_S))
 
     @cached_property
+    def read_before(self) -> np.ndarray:
+        """In how many of the samples before each one, and before the log's end, some channel was read (N + 1,)."""
+        return np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(np.isfinite(self.measured).any(axis=1))])
+
+    @cached_property
     def reach(self) -> tuple[np.ndarray, np.ndarray]:
         """How far each channel goes (channels,), and each input from zero (inputs,); NaN of one that is not known."""
         ways = [np.ptp(v[np.isfinite(v)]) if np.isfinite(v).any() else np.nan for v in self.measured.T]
@@ -276,10 +281,10 @@ def stack_inputs(inputs: Sequence[np.ndarray], samples: int) -> np.ndarray:
 def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None = None) -> np.ndarray:
     """Cut a log into consecutive segments that can be judged: (n, 2) int, half-open sample ranges.
 
-    A segment is ``horizon_s`` seconds long but has at least 5 samples; the next one begins at the sample after its
-    last. None contains a gap, a jump of a sensor, a sample without input, one beyond the plant's range of ±π/2, or one
-    of the warm-up of the log or after a gap. What is left over at the end of a stretch becomes a segment of its own,
-    unless it is shorter than 5 samples or a fifth of the horizon.
+    A segment is ``horizon_s`` seconds long but has at least 5 samples with readings; the next one begins at the sample
+    after its last. None contains a gap, a jump of a sensor, a sample without input, one beyond the plant's range of
+    ±π/2, or one of the warm-up of the log or after a gap. What is left over at the end of a stretch becomes a segment
+    of its own, unless it is shorter than 5 such samples or a fifth of the horizon.
     """
     last = len(log) if stop is None else stop
     ranges = [(max(s.settled, start), min(s.end, last)) for s in log.stretches]
@@ -298,13 +303,14 @@ def segments_of_ranges(log: Log, horizon_s: float, ranges: Sequence[tuple[int, i
     dt = log.dt
     # The sample nearest to the end of the horizon begins the next segment; just under a half, so that ties are stable.
     length = horizon_s - 0.49 * dt
-    shortest = shortest_segment(log, horizon_s)
+    shortest, read = shortest_segment(log, horizon_s), log.read_before
     bounds = []
     for begin, end in ranges:
         first = begin
-        while end - first >= shortest:
+        while end - first >= shortest and read[end] - read[first] >= MIN_SEGMENT_SAMPLES:
             following = int(np.searchsorted(log.t, log.t[first] + length))
-            last = min(max(following, first + MIN_SEGMENT_SAMPLES), end)
+            enough = int(np.searchsorted(read, read[first] + MIN_SEGMENT_SAMPLES))
+            last = min(max(following, enough), end)
             bounds.append((first, last))
             first = last
     return np.array(bounds, dtype=np.int64).reshape(-1, 2)
