@@ -22,6 +22,8 @@ from wheelpend.logs.noise import Noise
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 
+MIN_WAY_BACK = 0.05  # of its way, that a machine must go the other way to show how that differs
+
 
 @dataclass(frozen=True)
 class EstimationProblem:
@@ -57,6 +59,16 @@ class EstimationProblem:
     def plant(self) -> PlantSignature:
         """Signature of the plant under the model's assumptions."""
         return self.model.plant_signature
+
+    @property
+    def runs_one_way(self) -> bool:
+        """True where the only place of a machine goes one way in all logs, but for a small share of its way."""
+        places = self.model.table.places
+        if len(places) != 1 or not self.logs:
+            return False
+        place = self.logs[0].channels.index(places[0])
+        ways = np.sum([log.ways[place] for log in self.logs], axis=0)
+        return bool(ways.min() < MIN_WAY_BACK * ways.sum())
 
     def effect(self, name: str) -> Effect:
         """A row of the library as it reads on this plant."""
@@ -122,6 +134,8 @@ class EstimationProblem:
             return "lowers the error, but not beside the effects that explain the rest"
         if self.only_lasting and effect.releases:
             return "moves inside the machine, which would have shown over the horizon: it was judged there"
+        if effect.varies and self.runs_one_way:
+            return "is no other than friction on a machine that goes one way: these logs hardly go the other"
         free = released_coordinates(self.model.effects)
         if effect.releases and free and effect.releases not in free:
             return f"releases a second internal coordinate, beside {', '.join(free)}"

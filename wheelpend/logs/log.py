@@ -36,6 +36,7 @@ MAX_PAUSE_S = 0.05  # s: half of what the shortest segment lasts over the usual 
 USUAL_SHARE, LONG_PAUSE_RATIO = 0.9, 2.0  # of the intervals, which are no gaps, nor are those so many times as long
 COMMAND_HISTORY_S = 0.5  # of earlier commands, that a part of a log keeps
 REST_DURATION_S, REST_SHARE = 0.05, 0.01  # s; share of a signal's range within which it rests
+WAY_S = 0.1  # from reading to reading, over which the way of a channel is counted
 MAX_WARM_UP_SHARE = 1 / 3  # of a log's usable samples, and of those in the third that gives its own parameters
 
 
@@ -166,6 +167,16 @@ class Log(NotebookResult):
         """
         usual = float(np.quantile(np.diff(self.t[:EXCERPT_SAMPLES]), USUAL_SHARE)) if len(self) > 1 else 0.0
         return max(GAP_INTERVAL_RATIO * self.dt, min(LONG_PAUSE_RATIO * usual, MAX_PAUSE_S))
+
+    @cached_property
+    def ways(self) -> np.ndarray:
+        """How far each channel goes, up and down (channels, 2) [its unit].
+
+        From reading to reading 0.1 s apart, so that the noise of a fine sensor is no way.
+        """
+        rows = np.unique(np.searchsorted(self.t, np.arange(self.t[0], self.t[-1], WAY_S)))
+        steps = [np.diff(v[np.isfinite(v)]) for v in self.measured[rows].T]
+        return np.array([[w[w > 0.0].sum(), -w[w < 0.0].sum()] for w in steps])
 
     @cached_property
     def read_before(self) -> np.ndarray:
