@@ -19,6 +19,10 @@ class NotSimulable(Failure):
     """No parameters were found with which the model can be simulated over the horizon."""
 
 
+class TooShort(Failure):
+    """A log, or what is held out of it, has no stretch as long as it is to be judged over."""
+
+
 class BadCell(Failure):
     """A column of numbers has a few cells that are none."""
 

@@ -3,7 +3,7 @@
 import pytest
 
 from wheelpend import Model, simulate
-from wheelpend.errors import NotSimulable
+from wheelpend.errors import NotSimulable, TooShort
 from wheelpend.estimation import workable_horizon
 from wheelpend.estimation.data import prepare
 
@@ -47,3 +47,12 @@ def test_where_the_usual_one_works_nothing_is_said(log, monkeypatch):
 def test_a_model_that_follows_no_log_over_a_tenth_of_a_second_is_a_failure(log, monkeypatch):
     tried, _, problem = asked_over(log, 0.01, monkeypatch)
     assert problem is None and tried == [0.5, 0.25, 0.125]
+
+
+def test_logs_too_short_for_the_usual_horizon_are_judged_over_a_shorter_one(log, monkeypatch):
+    short = log.part(0, 240)
+    tried, said, problem = asked_over(short, 0.5, monkeypatch)
+    assert tried == [problem.horizon] and problem.horizon < 0.5
+    assert "too short to be judged over 0.5 s" in problem.warnings[-1] and any("trying 0.25 s" in line for line in said)
+    with pytest.raises(TooShort, match="uninterrupted stretch"):
+        asked_over(log.part(0, 60), 0.5, monkeypatch)

@@ -218,6 +218,8 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     outside = (Structure(("none_of_these",), 0.67), Structure(("slope",), 0.23), Structure(("cogging", "slope"), 0.06))
     told = said(tried("slope", 30.0), tried("viscous_drive", 8.0), structures=outside)
     assert "The likeliest is slope (29 % of 33 % for all of the library, alone and with others)" in told
+    likely_nothing = (Structure((), 0.6), Structure(("none_of_these",), 0.4))
+    assert ("further off than what was fitted" in said(structures=likely_nothing)) == (share < 0.5)
     hardly = (Structure(("none_of_these",), 0.95), Structure(("slope",), 0.05))
     assert "With viscous_drive" in said(tried("slope", 30.0), tried("viscous_drive", 8.0), structures=hardly)
     both = (Structure(("slope",), 0.4), Structure(("viscous_drive", "slope"), 0.6))

@@ -31,6 +31,7 @@ P_VALUE_EXPONENT = 0.1  # ξ: half of the p-values of the rest lie below 1e-3, a
 DRAW_COUNT = 2000  # of the evidence from its blocks
 MAX_EVIDENCE = 1e9  # nats of a block: what diverges is as good as impossible
 MIN_LISTED_PROBABILITY = 1e-4
+MIN_NOTHING_PROBABILITY = 0.1  # with which nothing may be missing, where nothing is certain to be
 
 
 class Structure(NamedTuple):
@@ -134,6 +135,12 @@ def probability_of_nothing_seen(known: Sequence[Structure], besides: int = 0) ->
     within = [s for s in known if s.effects != (NONE_OF_THESE,)]
     nothing = sum(s.probability for s in within if len(s.effects) <= besides)
     return nothing + sum(s.unseen for s in within if len(s.effects) == besides + 1)
+
+
+def is_nothing_improbable(known: Sequence[Structure]) -> bool:
+    """True where it is improbable that nothing is missing beside what every structure of the library has."""
+    sizes = [len(s.effects) for s in known if s.effects != (NONE_OF_THESE,)]
+    return probability_of_nothing_seen(known, min(sizes, default=0)) < MIN_NOTHING_PROBABILITY
 
 
 def probability_outside(known: Sequence[Structure]) -> float:

@@ -20,6 +20,7 @@ from wheelpend.diagnosis.negligible import is_negligible, negligible_sentences
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.score_test import ScoreTest
 from wheelpend.diagnosis.structures import (
+    MIN_NOTHING_PROBABILITY,
     RoundEvidence,
     Structure,
     probability_of,
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 
 MAX_UNKNOWN_PROBABILITY = 0.5  # that something is missing which no effect is, where it is said that nothing is
-MIN_NOTHING_PROBABILITY = 0.1  # with which nothing may be missing, where nothing is certain to be
 CANDIDATE_COLUMNS = {**ESTIMATE_COLUMNS, "p_value": float, "probability": float}  # of tables of effects
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import derive
 from derive.effects import INPUT_MEMORY_S
 from derive.plant_signature import PlantWords
-from wheelpend.errors import Failure, did_you_mean
+from wheelpend.errors import Failure, TooShort, did_you_mean
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.free_parameters import event_time_names, known_values
 from wheelpend.estimation.held_out_motion import held_out_input_warnings, held_out_motion_warnings
@@ -245,8 +245,9 @@ def _motion_warnings(split: DataSplit, model: Model) -> list[str]:
 
 
 def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: PlantWords) -> ValidationData:
-    """A validation log's segments, with its first third for the calibration of its per-log parameters."""
-    split = log.first_usable + (len(log) - log.first_usable) // 3
+    """A validation log's segments, with the first third of what was read, to calibrate its per-log parameters."""
+    begin = max(log.first_usable, log.lead)
+    split = begin + (len(log) - begin) // 3
     judged = _segments_of_log(log, noise, horizon, split, len(log), words)
     return ValidationData(judged, None, _segments_of_log(log, noise, horizon, 0, split, words))
 
@@ -254,7 +255,7 @@ def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: Plant
 def _segments_of_log(log: Log, noise: Noise, horizon: float, start: int, stop: int, words: PlantWords) -> Segments:
     bounds = segment_bounds(log, horizon, start, stop)
     if not len(bounds):
-        raise Failure(f"{log.name} must hold at least one uninterrupted stretch of {shortest_segment(log, horizon)} "
+        raise TooShort(f"{log.name} must hold at least one uninterrupted stretch of {shortest_segment(log, horizon)} "
                       f"samples, a fifth of the horizon of {horizon:g} s, in which the {words.machine} {words.stands}, "
                       f"but none was found between {log.t[start]:.2f} s and {log.t[stop - 1]:.2f} s. "
                       "Check `wheelpend inspect`.")  # fmt: skip

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from wheelpend.errors import NotSimulable
+from wheelpend.errors import NotSimulable, TooShort
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.starts import best_start
@@ -27,11 +27,21 @@ def over_workable_horizon(
 ) -> Result:
     """What an attempt makes of the problem of a horizon [s] and its start, at the longest horizon that works.
 
-    A shorter one than usual is a warning of the problem. Raises Failure where none works.
+    A shorter one than usual is a warning of the problem: the logs are too short for it, or the model cannot follow
+    them. Raises Failure where none works.
     """
-    horizon = DEFAULT_HORIZON_S
-    problem = prepared(horizon)
+    horizon, reasons = DEFAULT_HORIZON_S, tuple[str, ...]()
     while True:
+        try:
+            problem = prepared(horizon)
+        except TooShort:
+            horizon /= 2.0
+            if horizon < MIN_HORIZON_S:
+                raise
+            reasons = (_judged_over(horizon),)
+            progress(f"the logs are too short to be judged over {2.0 * horizon:g} s; trying {horizon:g} s")
+            continue
+        problem = replace(problem, warnings=(*problem.warnings, *reasons))
         progress("finding a start")
         try:
             return attempt(*best_start(problem))
@@ -40,8 +50,14 @@ def over_workable_horizon(
             if horizon < max(MIN_HORIZON_S, MIN_HORIZON_SAMPLES * max(log.dt for log in problem.logs)):
                 raise
         progress(f"no start leads to a model that can be simulated over {problem.horizon:g} s; trying {horizon:g} s")
-        problem = prepared(horizon)
-        problem = replace(problem, warnings=(*problem.warnings, _shorter(horizon)))
+        reasons = (_shorter(horizon),)
+
+
+def _judged_over(horizon: float) -> str:
+    return (
+        f"These logs, or what is held out of them, are too short to be judged over {DEFAULT_HORIZON_S:g} s: errors are "
+        f"over {horizon:g} s."
+    )
 
 
 def _shorter(horizon: float) -> str:

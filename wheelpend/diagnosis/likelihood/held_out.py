@@ -49,6 +49,15 @@ class Prediction(NamedTuple):
         pairs = zip(self.whitened, self.log_variance, strict=True)
         return np.array([-0.5 * np.nansum(w**2 + v) for w, v in pairs])
 
+    @property
+    def surprise(self) -> float:
+        """Mean square of the innovations over what the filter expects, 1 of a right model: in the middle one of blocks.
+
+        0 where nothing was read.
+        """
+        squares = [float(np.nanmean(w**2)) for w in self.whitened if np.isfinite(w).any()]
+        return float(np.median(squares)) if squares else 0.0
+
 
 def prediction(model: FilteredModel, fitted: Fit) -> Prediction:
     """How a model predicts its problem's validation data from sample to sample.

@@ -42,6 +42,7 @@ from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.validation import unpredicted_share
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 
+MAX_SURPRISE = 2.0  # times the variance of innovations that a model expects, from which on it does not cover the data
 PLAY_REASON = "depends on every contact before, and is judged only where sensor noise is reached with it"
 
 Progress = Callable[[str], None]
@@ -268,6 +269,7 @@ def _diagnosis(
     impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
     missing = base.model.smoothed_forces()
     unpredicted = unpredicted_share(problem.data.held_out, base.validated.residuals)
+    surprised: list[str] = []
     play = {e.name: PLAY_REASON for e in problem.candidates() if isinstance(e.enters, InternalPlay)}
     if named:
         verdict = "ambiguous" if named[0].equivalent_to else "effect_missing"
@@ -275,9 +277,11 @@ def _diagnosis(
     else:
         progress("looking for what repeats")
         remainder = replace(searched_remainder(base.model, judged), unpredicted=unpredicted)
-        left = remainder.what_repeats or is_mostly_chance(remainder)
+        surprised = surprise_sentences(base.predicted.surprise)
+        left = remainder.what_repeats or is_mostly_chance(remainder) or surprised
         verdict = "unexplained" if left else "nothing_missing"
     found = replace(Diagnosis.of(problem, base.validated, verdict, [*named, *impossible]), remainder=remainder)
+    found = replace(found, warnings=(*found.warnings, *surprised))
     if verdict == "nothing_missing" and found.leaves_unknown:
         found = replace(found, verdict="unexplained")
     return replace(
@@ -289,3 +293,13 @@ def _diagnosis(
         refitted=tuple(j.candidate for j in judged),
         by_likelihood=True,
     )
+
+
+def surprise_sentences(surprise: float) -> list[str]:
+    """That what is held out is further off than the model says, if it is: what acts there was not fitted."""
+    if surprise <= MAX_SURPRISE:
+        return []
+    return [
+        f"From row to row what is held out is off by {surprise**0.5:.2g} times as much as the model says that it would "
+        "be: something acts there that does not show in what was fitted. Fit to more logs, or hold out another stretch."
+    ]

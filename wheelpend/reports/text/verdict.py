@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from derive import effects as library
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
-from wheelpend.diagnosis.structures import probability_outside
+from wheelpend.diagnosis.structures import is_nothing_improbable, probability_outside
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.model.units import PlantUnits
@@ -57,6 +57,10 @@ UNKNOWN_LAW_SENTENCE = (
 HELD_OUT_SENTENCE = (
     "What was fitted needs no random force, but what is held out is missed by more than noise: it shows something that "
     "the fitted part does not. Hold out another stretch (wheelpend split), or record more."
+)
+SURPRISE_SENTENCE = (
+    "What is held out is further off than what was fitted lets expect: it shows something that the fitted part does "
+    "not. Hold out another stretch (wheelpend split), or record more."
 )
 CANNOT_BE_TOLD = "What is missing cannot be told"
 NOTHING_DETERMINED_SENTENCE = (
@@ -121,7 +125,8 @@ def rest_beside_force_text(result: Diagnosis) -> str:
     elif is_mostly_chance(result.remainder):
         rest = MOSTLY_CHANCE_SENTENCE
     else:
-        rest = UNKNOWN_LAW_SENTENCE if result.leaves_unknown else UNCERTAIN_SENTENCE
+        rest = UNCERTAIN_SENTENCE if is_nothing_improbable(result.structures) else SURPRISE_SENTENCE
+        rest = UNKNOWN_LAW_SENTENCE if result.leaves_unknown else rest
     return " ".join(filter(None, (rest, likely_text(result))))
 
 
