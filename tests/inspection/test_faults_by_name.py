@@ -72,6 +72,7 @@ FAULTS = {
     "robot on the floor for a while": lambda: faulty.on_the_floor(faulty.clean(), 5, 12),
     "robot on the floor throughout": lambda: faulty.on_the_floor(faulty.clean(), -1, 30),
     "nothing moves": lambda: faulty.at_rest(faulty.clean()),
+    "a gyro that is not connected": lambda: turned("dtheta_p", 0.0),
 }
 
 

@@ -181,7 +181,7 @@ def test_gaps_that_leave_no_stretch_to_fit_are_told(rows, said):
 
 
 def test_a_dead_gyro_is_reported_and_nothing_is_concluded_from_it():
-    assert kinds(scaled(robot()[0], dtheta_p=0.0)) == [("stand_still", "dtheta_p")]
+    assert kinds(scaled(robot()[0], dtheta_p=0.0)) == [("silent_sensor", "dtheta_p")]
 
 
 def test_missing_cells_and_jitter_do_not_disturb():

@@ -5,7 +5,10 @@ import polars as pl
 import pytest
 
 from tests.support import CHANNELS, simulated
+from wheelpend import Model
 from wheelpend.errors import Failure
+from wheelpend.estimation.data import prepare
+from wheelpend.inspection.inspect import inspect_log
 from wheelpend.logs.checks import moves
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import Log
@@ -311,14 +314,16 @@ def test_what_shakes_fast_about_one_place_moves():
 
 @pytest.mark.parametrize(
     ("readings", "said"),
-    [(0.0, r"dtheta_p must change where theta_p does.*0 rad/s throughout.*gyro"), (None, "but has 3 values in")],
+    [(0.0, r"dtheta_p must change where theta_p does.*0 rad/s throughout.*gyro"), (None, "but has 3 values")],
 )
-def test_a_sensor_that_is_not_there_is_refused_and_not_trusted(readings, said):
+def test_a_sensor_that_is_not_there_is_named_by_inspect_and_refused_by_every_fit(readings, said):
     log = simulated(duration=2.0)
     columns = {"t": log.t, "v_in": log.voltage, **dict(zip(log.channels, log.measured.T.copy(), strict=True))}
     if readings is None:
         columns["dtheta_p"][3:] = np.nan
     else:
         columns["dtheta_p"][:] = readings
+    silent = load_log(columns)
+    assert "dtheta_p" in [f.channel for f in inspect_log(silent).findings if f.kind == "silent_sensor"]
     with pytest.raises(Failure, match=said):
-        load_log(columns)
+        prepare(Model.default(), silent)

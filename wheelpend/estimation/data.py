@@ -18,7 +18,7 @@ from wheelpend.estimation.held_out_motion import held_out_input_warnings, held_o
 from wheelpend.estimation.problem import EstimationProblem, carries_over, why_not_testable
 from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
-from wheelpend.logs.checks import check_interval, check_motion
+from wheelpend.logs.checks import check_interval, check_motion, check_sensors_act
 from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds, shortest_segment
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
@@ -39,7 +39,7 @@ INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motio
 def read_logs(given: LogsLike, model: Model) -> tuple[Log, ...]:
     """Logs, loaded with the columns and units of the model's [columns], without outliers; a Log needs no loading.
 
-    Raises Failure for one in which nothing moves.
+    Raises Failure for one in which nothing moves, or a sensor says nothing.
     """
     sources = as_list(given)
     named = zip(sources, names_of(sources), strict=True)
@@ -48,6 +48,7 @@ def read_logs(given: LogsLike, model: Model) -> tuple[Log, ...]:
     for source, log in zip(sources, logs, strict=True):
         check_interval(log, "" if isinstance(source, Log) else stated)
         check_motion(log, model.table)
+        check_sensors_act(log, model.table)
     return tuple(without_outliers(log, outliers_of(log, model.table)) for log in logs)
 
 

@@ -18,7 +18,13 @@ from wheelpend.inspection.noisy_input import find_noisy_inputs
 from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
 from wheelpend.inspection.sampling import find_sampling_faults
 from wheelpend.inspection.signals import MIN_ANALYSED_S, MIN_ANALYSED_SAMPLES, channel_values, uniform_signals
-from wheelpend.inspection.standstill import constant_signal_times, find_gaps, find_no_excitation, standstills
+from wheelpend.inspection.standstill import (
+    constant_signal_times,
+    find_gaps,
+    find_no_excitation,
+    find_silent_channels,
+    standstills,
+)
 from wheelpend.inspection.wiring import find_faults
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
@@ -106,8 +112,11 @@ def inspect_log(
         *find_duty(log, corrections),
         *find_rectified(log, table),
         *find_no_excitation(log, table),
-        *standstill_findings(log, constant_signal_times(log, noise, table), table),
     ]
+    silent = find_silent_channels(log, table)
+    still = constant_signal_times(log, noise, table)
+    told = {f.channel for f in silent}
+    findings += [*silent, *standstill_findings(log, {c: t for c, t in still.items() if c not in told}, table)]
     if set(table.channels) <= set(log.channels):
         findings += find_faults(log, relative, corrections, module, second_encoder)
     findings += [] if corrections.source else find_noisy_inputs(log, corrections)  # of interchanged columns none

@@ -6,7 +6,7 @@ import numpy as np
 
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.inspection.findings import Finding
-from wheelpend.logs.checks import INTERVAL_CURE, MOVE_CURE, stillness
+from wheelpend.logs.checks import INTERVAL_CURE, MOVE_CURE, silent_channels, stillness
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import Log, shortest_segment
 from wheelpend.logs.noise import Noise
@@ -44,6 +44,12 @@ def find_no_excitation(log: Log, table: ColumnTable) -> list[Finding]:
     sentence = stillness(log, table)
     cure = MOVE_CURE.format(words=table.words)
     return [Finding("no_excitation", " and ".join(log.channels), sentence, cure, None)] if sentence else []
+
+
+def find_silent_channels(log: Log, table: ColumnTable) -> list[Finding]:
+    """The findings on sensors that are not there: rates that never change, channels that are hardly read."""
+    found = silent_channels(log, table).items()
+    return [Finding("silent_sensor", name, sentence, cure, None) for name, (sentence, cure) in found]
 
 
 def constant_signal_times(log: Log, noise: Noise, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:

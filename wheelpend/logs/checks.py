@@ -110,23 +110,30 @@ def check_input_acts(log: str, values: Mapping[str, np.ndarray], table: ColumnTa
         )
 
 
-def check_sensors_act(log: str, values: Mapping[str, np.ndarray], table: ColumnTable) -> None:
-    """Raise Failure of a channel that is hardly ever read, and of a rate that never changes though its place does.
+def check_sensors_act(log: Log, table: ColumnTable) -> None:
+    """Raise Failure of a channel that is silent."""
+    for sentence, cure in silent_channels(log, table).values():
+        raise Failure(f"{log.name}: {sentence} {cure}")
+
+
+def silent_channels(log: Log, table: ColumnTable) -> dict[str, tuple[str, str]]:
+    """Channels that are hardly read, and rates that never change though their places do: what is wrong, and a cure.
 
     The noise of neither is known, and at what is found in its place such readings outweigh all others.
     """
-    for name in (c for c in table.channels if c in values):
-        readings, place = values[name], values.get(table.rates.get(name, ""))
-        cure = "" if place is None else f", or say in the model's [assumptions] that nothing reads it ({NO_RATES})"
+    values, found = dict(zip(log.channels, log.measured.T, strict=True)), {}
+    for name, readings in values.items():
+        place = values.get(table.rates.get(name, ""))
+        without = "" if place is None else f", or say in the model's [assumptions] that nothing reads it ({NO_RATES})"
         known = readings[np.isfinite(readings)]
         if known.size < min(MIN_READINGS, len(readings)):
-            raise Failure(f"{log}: {name} must be read often enough to tell its noise, but has {known.size} values in "
-                          f"{len(readings)} rows. Log it in more of them{cure}.")  # fmt: skip
-        if place is not None and known.min() == known.max() and np.nanmin(place) < np.nanmax(place):
-            raise Failure(
-                f"{log}: {name} must change where {table.rates[name]} does, of which it is the rate, but is "
-                f"{known[0]:g} {table.units[name]} throughout. Look whether it is connected{cure}."
-            )
+            what = f"{name} must be read often enough to tell its noise, but has {known.size} values."
+            found[name] = what, f"Log it in more of them{without}."
+        elif place is not None and known.min() == known.max() and np.nanmin(place) < np.nanmax(place):
+            what = (f"{name} must change where {table.rates[name]} does, of which it is the rate, but is {known[0]:g} "
+                    f"{table.units[name]} throughout.")  # fmt: skip
+            found[name] = what, f"Look whether it is connected{without}."
+    return found
 
 
 def is_step_from_rest(values: Mapping[str, np.ndarray], table: ColumnTable) -> bool:

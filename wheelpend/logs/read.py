@@ -21,7 +21,6 @@ from wheelpend.logs.checks import (
     check_input_acts,
     check_interval_in_memory,
     check_readable_interval,
-    check_sensors_act,
     check_time,
     check_values,
     log_warnings,
@@ -81,7 +80,6 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     t = elapsed_seconds(raw_t, sources)
     for name in table.required[1:]:
         check_values(log_name, name, columns_by_name[name])
-    check_sensors_act(log_name, columns_by_name, table)
     summed = {n: columns_by_name[n] for n, source in sources.items() if source.is_speed}
     speed_noise = {
         n: noise_of_moving(v) for n, v in summed.items() if not counts_per_turn(v, t)
