@@ -252,12 +252,12 @@ def test_where_nothing_is_left_to_chance_held_out_data_are_predicted_or_somethin
     assert found.verdict == verdict
 
 
-@pytest.mark.parametrize(("nats", "warned"), [(1.0, True), (15.0, False)])
-def test_an_effect_that_is_less_likely_than_nothing_is_named_with_a_warning(nats, warned):
+@pytest.mark.parametrize(("nats", "rest_p", "warned"), [(1.0, 1.0, True), (15.0, 1.0, False), (1.0, 1e-40, False)])
+def test_an_effect_that_is_less_likely_than_nothing_is_named_with_a_warning(nats, rest_p, warned):
     tried = SimpleNamespace(effect="link_scale", evidence=np.full(20, nats / 20), is_possible=True)
     rest = [SimpleNamespace(name=f"other_{k}") for k in range(12)]
     problem = SimpleNamespace(replaced=lambda name: (), candidates=lambda: [SimpleNamespace(name="link_scale"), *rest])
-    searched = SimpleNamespace(refitted=(tried,), named=(tried,), problem=problem, p_value_of_rest=1.0)
+    searched = SimpleNamespace(refitted=(tried,), named=(tried,), problem=problem, p_value_of_rest=rest_p)
     fields = {"verdict": "effect_missing", "by_likelihood": True, "named": (tried,), "warnings": ("a gap",)}
     blank = make_dataclass("Blank", [*fields, "structures", "candidates", "is_doubtful"])(
         *fields.values(), (), (), False

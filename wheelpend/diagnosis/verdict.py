@@ -211,7 +211,7 @@ def _less_likely_than_nothing(rounds: Sequence[Diagnosis], known: Sequence[Struc
     """That the first effect of a search is less likely than that nothing is missing; nothing where it is not."""
     first = rounds[0].named[0].effect
     own, nothing = probability_of(and_what_replaced(first, rounds), known), probability_of_nothing_seen(known)
-    if own >= nothing:
+    if own >= nothing or nothing < MIN_NOTHING_PROBABILITY:  # of two that are improbable neither is a suspect
         return ""
     return (
         f"{first} is significant, but that nothing is missing is likelier (probability {100 * nothing:.0f} % against "
