@@ -207,3 +207,22 @@ def test_an_angle_that_a_servo_is_commanded_is_a_set_point_and_drives_nothing(tm
     assert any("command_angle is a set point: a controller drives the machine" in s for s in look.proposal.sentences)
     drive = write_csv(tmp_path / "drive.csv", columns | {"command_angle": 0.01 * command - 0.9})
     assert roles(drive)["command_angle"] == "input", "what the place does not come to drives it"
+
+
+def test_a_ramp_that_is_called_a_command_is_no_counter_and_no_clock(tmp_path):
+    t = 0.1 * np.arange(90)
+    for name, ramp in (("pwm", np.arange(90.0)), ("voltage", 0.045 * np.arange(90))):
+        speed = 3.0 * np.maximum(0.045 * np.arange(90) - 0.4, 0.0)
+        path = write_csv(tmp_path / f"{name}.csv", {"time_ms": 1000 * t, name: ramp, "omega": speed})
+        assert roles(path)[name] == "input"
+    clocks = {"time_ms": 1000 * t, "n": np.arange(90.0), "stamp_us": 7.0 + 1e6 * t, "voltage": ramp, "omega": speed}
+    told = roles(write_csv(tmp_path / "clocks.csv", clocks))
+    assert (told["n"], told["stamp_us"]) == ("counter", "counter")
+
+
+def test_what_is_called_a_control_is_no_joint_where_a_torque_drives(tmp_path):
+    t, torque, angle = swing(torque=0.3 * np.sin(2.0 * 0.005 * np.arange(3000)), begin=0.3)
+    columns = {"time": t, "angle": angle, "torque": torque, "control": 0.5 * np.roll(torque, 3) + 0.1 * np.cos(t)}
+    path = write_csv(tmp_path / "joint.csv", columns)
+    assert roles(path)["control"] == "further" and roles(path)["torque"] == "input"
+    assert 'plant = "pendulum"' in first_look(path).model and "links" not in first_look(path).model

@@ -155,7 +155,8 @@ def test_a_counter_is_never_the_time_where_a_clock_is_there(name, tmp_path):
 def test_a_moving_place_is_no_counter():
     t = np.arange(100) * 0.01
     assert counter_sentence("x", way_of(np.full(100, 9.0)), t) == ""
-    assert counter_sentence("n", np.arange(100.0), t) and counter_sentence("s", 3.0 * t + 1, t)
+    assert counter_sentence("n", np.arange(100.0), t) and counter_sentence("s", 1e3 * t + 1, t)
+    assert counter_sentence("v", 3.0 * t + 1, t) == "", "no clock has such a unit"
 
 
 @pytest.mark.parametrize("other", ["rpm", "motor_speed", "estimated_velocity", "dt_avg_ms", "wheelOmega"])
@@ -469,7 +470,7 @@ def test_a_motors_voltage_by_its_letters_is_the_input(tmp_path):
 
 def test_a_speed_that_the_plant_has_no_place_for_is_not_summed(tmp_path):
     path = tmp_path / "log.csv"
-    rows = "\n".join(f"{0.02 * k},{np.sin(k)},{0.1 * k},{0.01 * k},{np.cos(0.1 * k)}" for k in range(200))
+    rows = "\n".join(f"{0.02 * k},{np.sin(k)},0.1,0.01,{np.cos(0.1 * k)}" for k in range(200))
     path.write_text(f"t,v_in,theta_w,theta_p,dtheta_p\ns,V,deg,nothing,?\n{rows}\n")  # the rate alone holds numbers
     assert survey_file(path).speed == "dtheta_p"
     assert "summed" not in " ".join(first_look(path).proposal.sentences)

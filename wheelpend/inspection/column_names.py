@@ -14,6 +14,7 @@ ACCELERATION_NAMES = ("accel", "accl", "ddot", "ddtheta", "ddq")
 AXIS_ACCELERATION, AXIS_RATE = re.compile(r"a(cc)?_?[xyz]"), re.compile(r"g(yr)?_?[xyz]")  # of an IMU: ax, gyr_z
 MAGNITUDE_NAMES = ("absolute", "magnitude", "norm")  # of three axes together, which has no direction
 NO_READINGS = ("err", "error", "cmd", "sp", "set", "des", "pid", "out", "integral")  # words of what a controller makes
+TOLD_WORDS = frozenset(("cmd", "command", "commanded", "ctrl", "control"))
 ERROR_NAMES = ("err", "deviation")  # what a controller makes of a reading
 TORQUE_NAMES = ("tau", "trq", "torque")
 SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
@@ -237,6 +238,11 @@ def is_magnitude(name: str) -> bool:
 def is_command(name: str) -> bool:
     """True of a column that is called an input, or is one where no other is called so."""
     return bool(inputs_among([name])) or is_likely_input(name)
+
+
+def is_told(name: str) -> bool:
+    """True of a column that one of its words calls a command, whatever else is: no sensor reads it."""
+    return not TOLD_WORDS.isdisjoint(words_of(name))
 
 
 def is_read_at_motor(name: str) -> bool:

@@ -27,6 +27,7 @@ from wheelpend.inspection.column_names import (
     is_likely_input,
     is_no_place,
     is_of_current,
+    is_told,
     kind_by_name,
     left_name,
     may_be_sensor,
@@ -123,7 +124,7 @@ def roles_of(
     roles |= unnamed_roles(free, values, roles, places)
     free = [n for n in free if n not in roles and not is_no_place(n)]
     roles |= references_among(free, values)
-    roles |= {n: ("position", "") for n in free if n not in roles and n in places}
+    roles |= {n: ("position", "") for n in free if n not in roles and n in places and not is_told(n)}
     roles |= goals_among([n for n, (role, _) in roles.items() if role == "input"], values, roles)
     return roles | {n: ("further", "") for n in values if n not in roles}
 

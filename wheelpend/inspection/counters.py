@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import combinations
 
@@ -15,6 +16,7 @@ from wheelpend.inspection.column_names import (
     SENSOR_NAMES,
     contains,
     has_word,
+    is_called_time,
     is_command,
     left_name,
     stated_base,
@@ -32,20 +34,27 @@ MIN_COMMON_SAMPLES, MIN_COMMON_SHARE = 20, 0.1  # in which both are known, and s
 MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
 MIN_EVEN_SHARE = 0.8  # of the steps of such stamps, that are alike: an encoder's at a nearly even speed are not
 MAX_LATE_STEPS = 3.0  # by which stamps that come late, or twice, are off a straight line
+MAX_CLOCK_DIGITS = 0.005  # by which the logarithm of a clock's unit is off a whole number: 1 %
 MAX_CLOCK_DEVIATION = 0.5  # of a step, by which a clock is off a straight line at most
 
 
 def counter_sentence(name: str, values: np.ndarray, t: np.ndarray) -> str:
-    """That a column (N,) counts rows or is a clock beside the times (N,) [s]; nothing of any other column."""
+    """That a column (N,) counts rows or is a clock beside the times (N,) [s]; nothing of any other column.
+
+    What is called a command may go up evenly, and so may what is called nothing that tells: a clock tells the time in
+    some power of ten of a second, or is called one.
+    """
     rows = np.arange(len(values), dtype=float)
     steps = np.diff(values)
-    if not (np.isfinite(values).all() and (steps > 0).all()):
+    if not (np.isfinite(values).all() and (steps > 0).all()) or is_command(name):
         return ""
     usual = float(np.median(steps))
-    if deviation_from_line(rows, values) < MAX_CLOCK_DEVIATION * usual:
-        whole = (values == np.round(values)).all()
+    whole = bool((values == np.round(values)).all())
+    digits = math.log10(usual / max(float(np.median(np.diff(t))), 1e-300))
+    may_be_clock = whole or is_called_time(name) or abs(digits - round(digits)) < MAX_CLOCK_DIGITS
+    if deviation_from_line(rows, values) < MAX_CLOCK_DEVIATION * usual and may_be_clock:
         return f"{name} grows by {usual:g} from row to row: {'a counter' if whole else 'a clock'}, and no reading."
-    if deviation_from_line(t, values) < MAX_CLOCK_DEVIATION * usual:
+    if deviation_from_line(t, values) < MAX_CLOCK_DEVIATION * usual and may_be_clock:
         return f"{name} grows in proportion to the time: a clock, and no reading."
     return ""
 
