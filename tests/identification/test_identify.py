@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support import X, simulated
-from wheelpend import Failure, Model, identify, simulate
+from wheelpend import Failure, Log, Model, identify, simulate
 from wheelpend.benchmarks.hidden_effects.engine import engine_log
 
 BARE = 'plant = "wheel_pendulum"\n[sensors]\nencoder_counts = 60000\n'
@@ -126,3 +126,18 @@ def test_a_fit_that_has_not_arrived_is_begun_again():
     pytest.importorskip("mujoco")
     log = engine_log({}, command="simple", seed=5017)  # its first fit stops underway, at 1.064
     assert identify(Model.default(), [log]).error < 1.01
+
+
+@pytest.mark.parametrize("method", ["filter_error", "shooting"])
+def test_a_delay_shows_in_logs_that_begin_with_their_step(method):
+    nominal = "[parameters]\nX1 = { nominal = 0.02 }\nX2 = { nominal = 0.2 }\n"
+    model = Model.parse('plant = "shaft"\neffects = ["actuator_delay"]\n' + nominal)
+    t, logs = 0.01 * np.arange(200), []
+    for volts, seed in ((3.0, 1), (6.0, 2)):
+        since = np.maximum(t - 0.035, 0.0)  # a step at 0, felt 35 ms later by a motor of 0.1 s
+        angle = volts / 0.2 * (since - 0.1 * (1.0 - np.exp(-since / 0.1)))
+        angle += 1e-3 * np.random.default_rng(seed).standard_normal(t.size)
+        logs.append(Log.from_arrays(t, table=model.table, v_in=np.full(t.size, volts), theta_m=angle))
+    found = identify(model, logs, method=method).parameters
+    assert found["actuator_delay.delay"].value == pytest.approx(0.035, abs=0.002)
+    assert found["actuator_delay.delay"].sigma < 0.01 and found["X1"].value == pytest.approx(0.02, rel=0.05)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from wheelpend.logs.units import contradicts, plain_unit, stated_unit, unknown_unit, words_of
+from wheelpend.logs.units import contradicts, plain_unit, stated_unit, unknown_unit, without_unit, words_of
 
 STATED = {
     "angle (°)": "deg", "Winkel [°]": "deg", "Angle (degree)": "deg", "angle (degrés)": "deg", "Winkel [Grad]": "deg",
@@ -47,3 +47,16 @@ def test_a_row_of_units_has_the_same_spellings():
 
 def test_words_of_a_name_have_no_accents():
     assert words_of("ángulo_Motor2") == ["angulo", "motor"]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "rest"),
+    [
+        ("Angle in deg", "deg", "Angle"), ("wheel speed rad/s", "rad/s", "wheel speed"),
+        ("Spannung in V", "V", "Spannung"),
+        ("theta rad", "rad", "theta"), ("Phase A", "", "Phase A"), ("plug in", "", "plug in"), ("u_mV", "mV", "u"),
+        ("Torque [N m]", "N m", "Torque"),
+    ],
+)  # fmt: skip
+def test_a_unit_after_in_or_after_a_space_is_stated_and_a_letter_after_a_space_is_none(name, unit, rest):
+    assert (stated_unit(name), without_unit(name)) == (unit, rest)

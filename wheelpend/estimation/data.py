@@ -74,8 +74,8 @@ def prepare(
 
     Without validation logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
     ``without`` are no candidates. ``lean`` takes the model's own kernels, which contain no other effects and are
-    several times faster, and judges logs from where these effects alone have forgotten what came before. Else a log
-    that begins with a step from rest ``leads``, where effects are compared, with a time of rest. Raises Failure without
+    several times faster, and judges logs from where these effects alone have forgotten what came before. A log that
+    begins with a step from rest ``leads`` with a time of rest, where an effect may remember it. Raises Failure without
     a log, where a log, or part of its record, stands on both sides, or a log yields no segments.
     """
     if not as_list(logs):
@@ -87,7 +87,7 @@ def prepare(
         tuple(replace(log, memory_s=memory) for log in read_logs(given, model)) for given in (logs, holdout)
     )
     loaded, validation_logs = (
-        tuple(led_by_rest(log, model.table) if leads and not lean else log.as_read() for log in given)
+        tuple(led_by_rest(log, model.table) if leads and memory > 0.0 else log.as_read() for log in given)
         for given in (loaded, validation_logs)
     )
     _require_distinct_records(loaded, validation_logs)

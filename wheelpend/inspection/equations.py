@@ -41,6 +41,7 @@ MIN_POWER_SHARE = 0.3  # of the product of an input's and a speed's rms, from wh
 CONSTANT_SHARE = 1e-9  # of an input, by which it may vary and is one value
 SAME_SHARE_TOLERANCE = 1e-6  # relative difference of shares that is rounding, which differs from processor to processor
 MIN_FRICTION_SHARE = 0.9  # of an input's power that the sign of a rate explains, from which on it is like dry friction
+MIN_TURNED_SHARE = 0.05  # of the samples, that a rate has each sign in where the input can be seen to follow it
 MIN_SHIFT_GAIN = 1.3  # times less of it at another time
 MIN_MISFIT_SHARE = 0.05  # of the input's power, that the equations leave without a shift: below they hold well enough
 MAX_SHIFT_DISAGREEMENT = 0.3  # of a shift, by which another one differs that springs beside the equations lead to
@@ -191,6 +192,8 @@ def friction_like_coordinate(signals: Signals, module: KernelModule) -> tuple[st
     signs = soft_sign(states_from(module, values, slopes)[:, module.NQ :])
     voltage = signals.smooth(signals.input)
     for k, name in enumerate(module.STATES[: module.NQ]):
+        if min(np.mean(signs[:, k] > 0.0), np.mean(signs[:, k] < 0.0)) < MIN_TURNED_SHARE:
+            continue  # what goes one way has one sign, and so has what drives it
         shifts = range(1 - signals.max_shift, signals.max_shift)
         shared = [share_in_common(voltage[rows + late], signs[:, k]) for late in shifts]
         best = shifts[int(np.argmax(shared))]

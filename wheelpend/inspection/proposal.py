@@ -121,7 +121,8 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
             f"{column} is measured from hanging, by what gravity does to it; {best.table.range_channel} is 0 upright, "
             'hence the offset, and range = "any".'
         )
-    sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
+    told = {n: g for n, g in guesses.items() if g.column.column != SUMMED_PLACE}  # that is of the speed
+    sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in told.items()]
     if "t" not in guesses and (reason := clock_reason(survey)):
         reasons["t"] = reason
         sentences.append(guess_sentence("t", survey.clock.column, reason))

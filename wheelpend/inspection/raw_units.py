@@ -86,7 +86,7 @@ def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
     both = known & np.isfinite(log.voltage)
     level = level_share(log.voltage[both], place[both])
     if level > MIN_LEVEL_SHARE:
-        sentence = (f"{places[0]} settles at a level that {name} sets ({100 * level:.2g} % of its variance), as a "
+        sentence = (f"{places[0]} settles at a level that {name} sets ({100 * level:.3g} % of its variance), as a "
                     "speed does and no place.")  # fmt: skip
         speed_unit = {"rad": "rad/s", "m": "m/s"}[table.units[places[0]]]
         cure = f'If it is one, say so in [columns] with unit = "{speed_unit}": it is then summed over the time.'

@@ -57,6 +57,7 @@ UNKNOWN_UNIT = re.compile(  # what can be nothing else, though no conversion is 
     r"((m|k|M|µ|u|c|d)?(N|g|m|V|A|W|Hz|s|rad|bar|Pa)|kp|kgf?|gf?|lbf?|ozf?|in|inch|ft|yd|mph|rpm|rev|deg|°|h|min)"
     r"([ .*·⋅/^²]+(m?g|c?m|s|in|ft|rad|min|h|V|A|2))*"
 )
+SAID_UNIT = re.compile(r"\bin (\S+)\s*$", re.IGNORECASE)  # Angle in deg
 BRACKETED_TEXT = re.compile(r"\[.*\]|\(.*\)")
 ENDING_IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]\s*$")
 NAME_SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s", "deg_per_sec"), "rad/s": ("rad_s", "rad_per_s", "rad_per_sec"),
@@ -129,17 +130,21 @@ def unit_in_brackets(name: str) -> str | None:
 def stated_unit(name: str) -> str:
     """The unit that a column's name ends with, or is, in any of the field's spellings; nothing of one that states none.
 
-    What stands in brackets alone counts where there are some. A unit of a single letter counts in its own case only,
-    and where no word contradicts it: x_a and x_n are no amperes and no newtons, theta_m is no metres.
+    What stands in brackets alone counts where there are some, and else what comes after "in". A unit of a single letter
+    counts in its own case only, and where no word contradicts it: x_a and x_n are no amperes and no newtons, theta_m is
+    no metres. Nor does one after a space, where "in" does not say so: phase A is no ampere.
     """
     within = unit_in_brackets(name)
     if within is not None:
         return known_spelling(within)
+    if (said := SAID_UNIT.search(name)) and (unit := known_spelling(said[1])):
+        return unit
     ending, found = f"_{name.rstrip(' _')}", {}
     for unit in UNIT_CONVERSIONS:
         for spelling in {unit, unit.replace(" ", ""), unit.replace(" ", "_"), *NAME_SPELLINGS.get(unit, ())}:
             single = len(spelling) == 1  # a whole name of one letter is no unit
             written, meant = (ending[1:], spelling) if single else (ending.lower(), spelling.lower())
+            written = written if single else written.replace(" ", "_")
             if written.endswith(f"_{meant}") and not (single and contradicts(unit, name)):
                 found[spelling] = unit
     return found[max(found, key=len)] if found else ""
@@ -166,5 +171,9 @@ def unit_ending(own: str, column: str) -> str:
 
 
 def without_unit(name: str) -> str:
-    """A name without the unit that it ends with: u of u_mV."""
-    return re.sub(r"[_\[( ]+[^_\[(]*$", "", name) if stated_unit(name) else name
+    """A name without the unit that it ends with: u of u_mV, Angle of Angle in deg."""
+    if not stated_unit(name):
+        return name
+    if unit_in_brackets(name) is not None:
+        return re.sub(r"[_\[( ]+[^_\[(]*$", "", name)
+    return re.sub(r"( +in)?[_ ]+[^_ ]*$", "", name)
