@@ -226,3 +226,14 @@ def test_what_is_called_a_control_is_no_joint_where_a_torque_drives(tmp_path):
     path = write_csv(tmp_path / "joint.csv", columns)
     assert roles(path)["control"] == "further" and roles(path)["torque"] == "input"
     assert 'plant = "pendulum"' in first_look(path).model and "links" not in first_look(path).model
+
+
+def test_a_constant_voltage_drives_and_not_the_current_that_the_motor_draws_under_it(tmp_path):
+    t = 0.001 * np.arange(400)
+    speed = -30.0 * (1.0 - np.exp(-t / 0.03))
+    columns = {"time": t, "motor_voltage": np.full(400, -3.0), "motor_current": -0.05 - 0.2 * np.exp(-t / 0.03)}
+    columns["encoder"] = np.round(7835.0 + 72.0 * np.cumsum(speed) * 0.001)
+    drawn = roles(write_csv(tmp_path / "step.csv", columns))
+    assert (drawn["motor_voltage"], drawn["motor_current"]) == ("input", "further")
+    both_ways = columns | {"motor_current": 0.2 * np.sin(9.0 * t)}
+    assert roles(write_csv(tmp_path / "servo.csv", both_ways))["motor_current"] == "input"

@@ -91,13 +91,20 @@ def currents_beside(roles: Mapping[str, tuple[str, str]]) -> dict[str, str]:
 def held_inputs(
     values: dict[str, np.ndarray], moving: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
 ) -> dict[str, tuple[str, str]]:
-    """Commands that are constant and not zero, where no other acts and the machine begins at rest: steps."""
+    """Commands that are constant and not zero, where no other acts and the machine begins at rest: steps.
+
+    Beside a constant voltage a current that has its sign throughout is what the motor draws, and no command.
+    """
     places = [n for n, (role, _) in roles.items() if role == "position"]
-    if any(role == "input" for role, _ in roles.values()) or not places:
-        return {}
-    if not all(starts_at_rest(moving[n]) for n in places):
+    inputs = [n for n, (role, _) in roles.items() if role == "input"]
+    if not places or not all(starts_at_rest(moving[n]) for n in places):
         return {}
     held = [n for n, v in values.items() if np.isfinite(v).all() and v[0] and np.ptp(v) == 0.0]
+    if inputs:
+        volts = [n for n in inputs_among(held) if suggested_input_base(n) == "V" and n not in roles]
+        drawn = all(suggested_input_base(n) == "A" and not has_word(n, COMMAND_WORDS) for n in inputs)
+        alike = len(volts) == 1 and all((values[n] * values[volts[0]][0] >= 0.0).all() for n in inputs)
+        return dict.fromkeys(volts, ("input", "")) if drawn and alike else {}
     if all(n.startswith(NAMELESS_PREFIX) for n in values):  # a file without a header
         return dict.fromkeys(held[:1], ("input", ""))
     return dict.fromkeys(inputs_among(held), ("input", ""))
