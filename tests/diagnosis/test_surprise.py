@@ -8,6 +8,7 @@ from tests.raw_logs import way_of
 from wheelpend import Model, diagnose, load_log
 from wheelpend.diagnosis.likelihood.held_out import Prediction
 from wheelpend.diagnosis.likelihood.one_round import MAX_SURPRISE, surprise_sentences
+from wheelpend.diagnosis.structures import Structure, is_nothing_improbable
 from wheelpend.estimation.data import prepare
 from wheelpend.reports.text.verdict import SURPRISE_SENTENCE, verdict_text
 
@@ -40,3 +41,12 @@ def test_what_is_held_out_and_far_off_is_unexplained(monkeypatch):
     far = diagnose(model, log, without=others)
     assert far.verdict == "unexplained" and any("off by 3 times as much" in w for w in far.warnings)
     assert SURPRISE_SENTENCE in verdict_text(far, model)
+
+
+def test_nothing_is_improbable_beside_what_was_added():
+    pair = Structure(("coulomb_drive", "slope"), 0.2, 0.15)
+    known = (Structure(("coulomb_drive",), 0.6), pair, Structure((), 0.001))
+    assert not is_nothing_improbable(known, ["coulomb_drive"]) and not is_nothing_improbable(
+        known[:1], known[0].effects
+    )
+    assert is_nothing_improbable(known, []) and is_nothing_improbable((Structure(("none_of_these",), 1.0),), [])

@@ -137,10 +137,13 @@ def probability_of_nothing_seen(known: Sequence[Structure], besides: int = 0) ->
     return nothing + sum(s.unseen for s in within if len(s.effects) == besides + 1)
 
 
-def is_nothing_improbable(known: Sequence[Structure]) -> bool:
-    """True where it is improbable that nothing is missing beside what every structure of the library has."""
-    sizes = [len(s.effects) for s in known if s.effects != (NONE_OF_THESE,)]
-    return probability_of_nothing_seen(known, min(sizes, default=0)) < MIN_NOTHING_PROBABILITY
+def is_nothing_improbable(known: Sequence[Structure], added: Collection[str]) -> bool:
+    """True where it is improbable that nothing is missing beside what was added, or nothing that these logs show."""
+    within = [(s, {*s.effects} - {*added}) for s in known if s.effects != (NONE_OF_THESE,)]
+    nothing = sum(s.probability for s, more in within if not more) + sum(
+        s.unseen for s, more in within if len(more) == 1
+    )
+    return nothing < MIN_NOTHING_PROBABILITY
 
 
 def probability_outside(known: Sequence[Structure]) -> float:

@@ -125,7 +125,8 @@ def rest_beside_force_text(result: Diagnosis) -> str:
     elif is_mostly_chance(result.remainder):
         rest = MOSTLY_CHANCE_SENTENCE
     else:
-        rest = UNCERTAIN_SENTENCE if is_nothing_improbable(result.structures) else SURPRISE_SENTENCE
+        improbable = is_nothing_improbable(result.structures, result.problem.model.effects)
+        rest = UNCERTAIN_SENTENCE if improbable else SURPRISE_SENTENCE
         rest = UNKNOWN_LAW_SENTENCE if result.leaves_unknown else rest
     return " ".join(filter(None, (rest, likely_text(result))))
 
