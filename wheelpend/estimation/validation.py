@@ -109,8 +109,7 @@ def fit_percent(problem: EstimationProblem, residuals: list[np.ndarray]) -> dict
         pairs = list(zip(residuals, segments, strict=False))
         error = np.concatenate([r[:, c] * s.sigma[c] for r, s in pairs] or [np.zeros(1)])
         known = [s.log.measured[np.isfinite(r[:, c]), c] for r, s in pairs]
-        spread = np.sqrt(
-            sum(float(np.sum((v - v.mean()) ** 2)) for v in known if v.size)
-        )  # each log about its own mean
+        squares = [float(np.sum((v - v.mean()) ** 2)) for v in known if v.size]  # of each log about its own mean
+        spread = np.sqrt(sum(squares))
         found[channel] = float(100.0 * (1.0 - np.sqrt(np.nansum(error**2)) / spread)) if spread > 0 else 0.0
     return found

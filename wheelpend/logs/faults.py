@@ -19,10 +19,8 @@ CEILING_RUN_SAMPLES = 3  # equal readings in a row, from which on a sensor is at
 MIN_CEILING_SAMPLES = 10  # of them in all
 MIN_CEILING_STEPS = 3.0  # quanta by which a reading enters or leaves a ceiling; a machine that stops creeps by one
 MIN_CEILING_KINK = 0.1  # the same of a reading without quanta, in usual steps
-MAX_DIP_KINKS, MIN_PLATEAU_SHARE = (
-    1.5,
-    0.9,
-)  # kinks by which a reading leaves a plateau and returns; of it, at a ceiling
+MAX_DIP_KINKS = 1.5  # kinks by which a reading leaves a plateau and returns to it
+MIN_PLATEAU_SHARE = 0.9  # of the readings of a plateau, that are at a ceiling
 MAX_REST_SHARE = 0.05  # of the largest speed, up to which a machine counts as at rest, whatever the gyro's offset
 USUAL_LARGEST = 0.99  # quantile of the speeds that counts as the largest, spikes apart
 HELD_BAND_SHARE, HELD_BAND_SIGMAS = 0.02, 8.0  # of its way, and of noise, within which a machine stands still

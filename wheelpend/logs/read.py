@@ -81,9 +81,8 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     for name in table.required[1:]:
         check_values(log_name, name, columns_by_name[name])
     summed = {n: columns_by_name[n] for n, source in sources.items() if source.is_speed}
-    speed_noise = {
-        n: noise_of_moving(v) for n, v in summed.items() if not counts_per_turn(v, t)
-    }  # counts sum to counts
+    uncounted = {n: v for n, v in summed.items() if not counts_per_turn(v, t)}  # counts sum to counts
+    speed_noise = {n: noise_of_moving(v) for n, v in uncounted.items()}
     sum_speeds(columns_by_name, t, sources)
     for name in table.inputs:
         columns_by_name[name], remarks = held_commands(log_name, name, columns_by_name[name])
