@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from wheelpend.logs.log import GAP_INTERVAL_RATIO
 from wheelpend.logs.runs import runs_of
@@ -28,6 +27,8 @@ def smoothed_input(values: np.ndarray, t: np.ndarray, width: float) -> np.ndarra
 
 def gaussian_smoothed_rows(values: np.ndarray, width: float) -> np.ndarray:
     """Values (N,) behind a Gaussian of a standard deviation [rows]; held beyond their ends."""
+    from scipy.ndimage import gaussian_filter1d  # imported late: it is slow to load
+
     return np.asarray(gaussian_filter1d(values, width, mode="nearest", truncate=GAUSSIAN_REACH))
 
 
