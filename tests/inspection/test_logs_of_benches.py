@@ -205,6 +205,8 @@ def test_an_angle_that_a_servo_is_commanded_is_a_set_point_and_drives_nothing(tm
     look = first_look(write_csv(tmp_path / "servo.csv", columns))
     assert roles(tmp_path / "servo.csv")["command_angle"] == "reference" and "v_in" not in look.model
     assert any("command_angle is a set point: a controller drives the machine" in s for s in look.proposal.sentences)
+    torque = {"t": t, "torque_angle_Nm": 0.01 * columns["feedback_angle"], "angle": 0.01 * columns["feedback_angle"]}
+    assert roles(write_csv(tmp_path / "torque.csv", torque)).get("torque_angle_Nm") != "reference"
     drive = write_csv(tmp_path / "drive.csv", columns | {"command_angle": 0.01 * command - 0.9})
     assert roles(drive)["command_angle"] == "input", "what the place does not come to drives it"
 
@@ -215,9 +217,12 @@ def test_a_ramp_that_is_called_a_command_is_no_counter_and_no_clock(tmp_path):
         speed = 3.0 * np.maximum(0.045 * np.arange(90) - 0.4, 0.0)
         path = write_csv(tmp_path / f"{name}.csv", {"time_ms": 1000 * t, name: ramp, "omega": speed})
         assert roles(path)[name] == "input"
-    clocks = {"time_ms": 1000 * t, "n": np.arange(90.0), "stamp_us": 7.0 + 1e6 * t, "voltage": ramp, "omega": speed}
+    clocks = {"time_ms": 1000 * t, "n": np.arange(90.0), "stamp_us": 7.0 + 1e6 * t, "motor_time_ms": 3.0 + 1000 * t}
+    clocks |= {"cmd_seq": np.arange(90.0), "voltage": 6.0 * np.sin(t), "omega": speed}
     told = roles(write_csv(tmp_path / "clocks.csv", clocks))
-    assert (told["n"], told["stamp_us"]) == ("counter", "counter")
+    assert {told[n] for n in ("n", "stamp_us", "motor_time_ms", "cmd_seq")} == {"counter"} and told[
+        "voltage"
+    ] == "input"
 
 
 def test_what_is_called_a_control_is_no_joint_where_a_torque_drives(tmp_path):
@@ -235,5 +240,30 @@ def test_a_constant_voltage_drives_and_not_the_current_that_the_motor_draws_unde
     columns["encoder"] = np.round(7835.0 + 72.0 * np.cumsum(speed) * 0.001)
     drawn = roles(write_csv(tmp_path / "step.csv", columns))
     assert (drawn["motor_voltage"], drawn["motor_current"]) == ("input", "further")
+    commanded = columns | {"motor_current": 0.01 * speed - 0.05}  # the faster the more: it is what drives
+    assert roles(write_csv(tmp_path / "bus.csv", commanded))["motor_current"] == "input"
     both_ways = columns | {"motor_current": 0.2 * np.sin(9.0 * t)}
     assert roles(write_csv(tmp_path / "servo.csv", both_ways))["motor_current"] == "input"
+
+
+def test_the_unit_of_a_rate_beside_another_is_its_own_and_a_gear_makes_no_rpm(tmp_path):
+    t = 0.01 * np.arange(300)
+    turns = np.cumsum(np.sin(2.0 * t) + 0.3) * 0.01
+    rate = np.gradient(turns, t) * (1.0 + 0.01 * np.random.default_rng(4).standard_normal(300))
+    columns = {
+        "t": t,
+        "voltage": np.sin(2.0 * t),
+        "turns": turns,
+        "speed_rad_s": 2 * math.pi * rate,
+        "speed_rpm": 60 * rate,
+    }
+    model = tomllib.loads(first_look(write_csv(tmp_path / "two.csv", columns)).model)
+    assert all(e.get("unit", "rad/s") != "rpm" for e in model["columns"].values() if e["column"] == "speed_rad_s")
+    geared = {"t": t, "voltage": np.sin(2.0 * t), "joint_angle": turns, "motor_speed": 60.0 * rate}
+    assert "rev" not in first_look(write_csv(tmp_path / "gear.csv", geared)).model
+
+
+def test_an_arm_that_is_called_after_its_control_is_a_place(tmp_path):
+    t = 0.01 * np.arange(300)
+    columns = {"t": t, "voltage": np.sin(2.0 * t), "control_arm_angle": way_of(np.sin(2.0 * t))}
+    assert roles(write_csv(tmp_path / "arm.csv", columns))["control_arm_angle"] == "position"

@@ -58,3 +58,18 @@ def test_only_an_input_is_smoothed(tmp_path):
     text = first_look(path).model.replace('theta_1 = { column = "q_rad"', 'theta_1 = { column = "q_rad", smooth = 0.02')
     with pytest.raises(Failure, match="must have no smooth"):
         inspect_file(Model.parse(text), path)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.04])
+def test_a_command_that_acts_late_acts(delay, tmp_path):
+    random, fine = np.random.default_rng(3), 10
+    volts = SLOW + 0.3 * random.standard_normal(T.size)
+    late = np.interp(np.arange(T.size * fine) / fine - delay / 0.005, np.arange(T.size), volts)
+    speed, place, places = 0.0, 0.0, []
+    for k, u in enumerate(late):
+        places += [place] if k % fine == 0 else []
+        speed += 0.0005 * (u - 0.1 * speed) / 0.02
+        place += 0.0005 * speed
+    columns = {"t": T, "voltage": volts, "angle_rad": np.array(places) + 1e-5 * random.standard_normal(T.size)}
+    found = first_look(write_csv(tmp_path / "late.csv", columns)).inspection.findings
+    assert not [f for f in found if f.kind == "noisy_input"]

@@ -9,7 +9,7 @@ from wheelpend import Model
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import prepare
 from wheelpend.inspection.inspect import inspect_log
-from wheelpend.logs.checks import moves
+from wheelpend.logs.checks import moves, silent_channels
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log, save_log
@@ -327,3 +327,13 @@ def test_a_sensor_that_is_not_there_is_named_by_inspect_and_refused_by_every_fit
     assert "dtheta_p" in [f.channel for f in inspect_log(silent).findings if f.kind == "silent_sensor"]
     with pytest.raises(Failure, match=said):
         prepare(Model.default(), silent)
+
+
+def test_a_rate_that_is_one_value_where_the_machine_goes_evenly_is_right():
+    t = 0.01 * np.arange(200)
+    table = Model.parse('plant = "shaft"\n\n[assumptions]\nrate_sensor = true\n').table
+    place = 3.0 * t + 1e-4 * np.random.default_rng(1).standard_normal(t.size)
+    even = Log.from_arrays(t, table=table, v_in=np.sin(t), theta_m=place, dtheta_m=np.full(t.size, 3.0))
+    assert not silent_channels(even, table)
+    stuck = Log.from_arrays(t, table=table, v_in=np.sin(t), theta_m=place, dtheta_m=np.zeros(t.size))
+    assert list(silent_channels(stuck, table)) == ["dtheta_m"]

@@ -112,3 +112,11 @@ def test_a_speed_that_flickers_between_two_counts_is_at_no_ceiling():
     assert not readings_at_ceiling(speed, speed)[0].any()
     swing = np.clip(700.0 * np.sin(0.12 * np.arange(400)), -500.0, 500.0)
     assert readings_at_ceiling(swing, swing)[0].any()
+
+
+@pytest.mark.parametrize(("size", "noise"), [(255.0, 4.0), (260.0, 8.0), (280.0, 16.0)])
+def test_noise_takes_no_clipped_reading_from_its_ceiling(size, noise):
+    random = np.random.default_rng(9)
+    swing = size * np.sin(0.05 * np.arange(4000)) + noise * random.standard_normal(4000)
+    clipped = np.clip(np.round(swing / 0.03) * 0.03, -250.0, 250.0)
+    assert readings_at_ceiling(clipped, clipped)[0].sum() == np.sum(np.abs(clipped) == 250.0)

@@ -69,6 +69,17 @@ def test_counts_sum_to_counts_however_late_a_row_comes_and_their_error_is_that_o
     assert sensor_noise(log, {}, {}).sigma[0] == pytest.approx(count / np.sqrt(12.0), rel=0.05)
 
 
+def test_cells_that_are_empty_cost_no_other_reading():
+    counts = np.round(1374 / (2.0 * np.pi) * 20.0 * WAY)
+    rpm = np.round(np.diff(counts, prepend=counts[0]) / 1374 * 60.0 / 0.01, 2)
+    for hole in range(200, 1600, 53):
+        holed = rpm.copy()
+        holed[hole : hole + 7] = np.nan
+        way = summed_over_time(holed * np.pi / 30.0, T) * 1374 / (2.0 * np.pi)
+        assert np.isfinite(way).sum() == len(T) - 7
+        assert np.abs(way - counts)[: hole - 1].max() < 0.1 and np.abs(way - counts)[hole + 8 :].max() < 20.0
+
+
 @pytest.mark.parametrize(
     ("speed", "unit"),
     [

@@ -55,7 +55,8 @@ def test_words_of_a_name_have_no_accents():
         ("Angle in deg", "deg", "Angle"), ("wheel speed rad/s", "rad/s", "wheel speed"),
         ("Spannung in V", "V", "Spannung"),
         ("theta rad", "rad", "theta"), ("Phase A", "", "Phase A"), ("plug in", "", "plug in"), ("u_mV", "mV", "u"),
-        ("Torque [N m]", "N m", "Torque"),
+        ("Torque [N m]", "N m", "Torque"), ("Torque in N m", "N m", "Torque"), ("torque_N m", "N m", "torque"),
+        ("Counts per rev", "", "Counts per rev"), ("Filter MA", "", "Filter MA"), ("Motor Rev", "", "Motor Rev"),
     ],
 )  # fmt: skip
 def test_a_unit_after_in_or_after_a_space_is_stated_and_a_letter_after_a_space_is_none(name, unit, rest):

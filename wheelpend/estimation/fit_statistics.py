@@ -63,13 +63,13 @@ def promised_decrease(problem: ShootingProblem, theta: np.ndarray, equations: No
 def _growth_by_colour(problem: ShootingProblem, point: LinearisedPoint, fitted: Fit) -> float:
     """What the variances of a fit to a single segment are of those from its information.
 
-    There is no scatter between blocks to tell. The residual is as large as it is, and of the samples over which it is
-    correlated one is independent; of these as many as there are unknowns leave nothing.
+    There is no scatter between blocks to tell. The residual is as large as it is, of the samples over which it is
+    correlated one is independent, and of these as many as there are unknowns leave nothing.
     """
     rows = zip(problem.segments, point.states, problem.parameters_at(point.theta), strict=True)
     over = max(correlated_samples(problem.simulator.shoot(s, x, p).residual, s.bounds) for s, x, p in rows if len(x))
     independent, unknowns = fitted.count / over, len(fitted.free) + sum(s.size for s in fitted.states)
-    return max(fitted.error, 1.0) ** 2 * over * independent / max(independent - unknowns, 1.0)
+    return max(fitted.cost / fitted.count, 1.0) * over * independent / max(independent - unknowns, 1.0)
 
 
 def has_coloured_residual(problem: ShootingProblem, point: LinearisedPoint) -> bool:

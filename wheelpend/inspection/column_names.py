@@ -241,8 +241,8 @@ def is_command(name: str) -> bool:
 
 
 def is_told(name: str) -> bool:
-    """True of a column that one of its words calls a command, whatever else is: no sensor reads it."""
-    return not TOLD_WORDS.isdisjoint(words_of(name))
+    """True of a column that one of its words calls a command, and none a place: no sensor reads it."""
+    return not TOLD_WORDS.isdisjoint(words_of(name)) and not has_word(name, (*ANGLE_NAMES, *SENSOR_NAMES))
 
 
 def is_read_at_motor(name: str) -> bool:

@@ -51,6 +51,7 @@ MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a
 MAX_ALIKE_RATIO, MAX_ALIKE_MISFIT = 2.0, 0.01  # of misfits, up to which names tell which place a rate is of
 MAX_SUM_MISFIT_SHARE = 0.02  # of a place's variance about a line, that the sum of its rate leaves
 MIN_PLACES = 10  # different readings of a place
+MIN_GOAL_CORRELATION = 0.7  # of a place and the command that it goes to
 MAX_LEAD_SAMPLES = 60  # by which a reference is looked for ahead of the position that follows it
 MIN_LEAD_SHARE = 4  # parts of a log, of which a lead is one at most: the rest shows it
 MAX_COPY_ROUGHNESS = 0.5  # of a signal's noise, which a filtered copy of it has at most
@@ -93,7 +94,8 @@ def held_inputs(
 ) -> dict[str, tuple[str, str]]:
     """Commands that are constant and not zero, where no other acts and the machine begins at rest: steps.
 
-    Beside a constant voltage a current that has its sign throughout is what the motor draws, and no command.
+    Beside a constant voltage a current that has its sign throughout, and is less the faster the machine goes, is what
+    the motor draws, and no command.
     """
     places = [n for n, (role, _) in roles.items() if role == "position"]
     inputs = [n for n, (role, _) in roles.items() if role == "input"]
@@ -104,7 +106,8 @@ def held_inputs(
         volts = [n for n in inputs_among(held) if suggested_input_base(n) == "V" and n not in roles]
         drawn = all(suggested_input_base(n) == "A" and not has_word(n, COMMAND_WORDS) for n in inputs)
         alike = len(volts) == 1 and all((values[n] * values[volts[0]][0] >= 0.0).all() for n in inputs)
-        return dict.fromkeys(volts, ("input", "")) if drawn and alike else {}
+        less = drawn and all(_falls_with(np.abs(values[n]), np.abs(np.gradient(moving[places[0]]))) for n in inputs)
+        return dict.fromkeys(volts, ("input", "")) if alike and less else {}
     if all(n.startswith(NAMELESS_PREFIX) for n in values):  # a file without a header
         return dict.fromkeys(held[:1], ("input", ""))
     return dict.fromkeys(inputs_among(held), ("input", ""))
@@ -234,14 +237,27 @@ def references_among(names: list[str], values: dict[str, np.ndarray]) -> dict[st
     return found | {n: ("reference", "") for n in names if contains(n, REFERENCE_NAMES) and n not in found}
 
 
+def _falls_with(values: np.ndarray, other: np.ndarray) -> bool:
+    """True of a signal (N,) that is rather less where another one is more."""
+    known = np.isfinite(values) & np.isfinite(other)
+    return bool(known.sum() > 2 and np.cov(values[known], other[known])[0, 1] < 0.0)
+
+
 def goals_among(
     inputs: list[str], values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
 ) -> dict[str, tuple[str, str]]:
     """Commands that are called an angle or a place, and to which a position goes: set points of a servo's own loop."""
-    called = [n for n in inputs if has_word(n, (*ANGLE_NAMES, *SENSOR_NAMES)) or stated_base(n) in ("rad", "m")]
+    open_names = [n for n in inputs if stated_base(n) in ("", "rad", "m") and not suggested_input_base(n)]
+    open_names = [n for n in open_names if not has_word(n, DUTY_NAMES)]
+    called = [n for n in open_names if has_word(n, (*ANGLE_NAMES, *SENSOR_NAMES)) or stated_base(n)]
     places = [n for n, (role, _) in roles.items() if role == "position"]
     pairs = {(n, p): np.isfinite(values[n]) & np.isfinite(values[p]) for n in called for p in places}
-    return {n: ("reference", p) for (n, p), k in pairs.items() if k.any() and is_followed(values[n][k], values[p][k])}
+    return {n: ("reference", p) for (n, p), k in pairs.items() if k.any() and _comes_to(values[p][k], values[n][k])}
+
+
+def _comes_to(place: np.ndarray, goal: np.ndarray) -> bool:
+    """True of a place (N,) that goes to where a command (N,) is."""
+    return is_followed(goal, place) and bool(np.corrcoef(goal, place)[0, 1] > MIN_GOAL_CORRELATION)
 
 
 def lead_samples(follower: np.ndarray, leader: np.ndarray) -> int:

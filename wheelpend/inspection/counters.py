@@ -28,6 +28,9 @@ from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
 from wheelpend.logs.units import stated_unit, words_of
 
+COUNTER_WORDS = frozenset(
+    ("seq", "id", "idx", "index", "sample", "frame", "row", "number", "timestamp", "stamp", "time")
+)
 MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
 MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates
 MIN_COMMON_SAMPLES, MIN_COMMON_SHARE = 20, 0.1  # in which both are known, and share of a log, of a copy of a channel
@@ -46,7 +49,8 @@ def counter_sentence(name: str, values: np.ndarray, t: np.ndarray) -> str:
     """
     rows = np.arange(len(values), dtype=float)
     steps = np.diff(values)
-    if not (np.isfinite(values).all() and (steps > 0).all()) or is_command(name):
+    is_told = is_command(name) and not is_called_time(name) and COUNTER_WORDS.isdisjoint(words_of(name))
+    if not (steps.size and np.isfinite(values).all() and (steps > 0).all()) or is_told:
         return ""
     usual = float(np.median(steps))
     whole = bool((values == np.round(values)).all())

@@ -17,6 +17,7 @@ from wheelpend.inspection.angle_unit import A_TURN_DEG, is_in_degrees, is_small_
 from wheelpend.inspection.column_names import (
     SUPPLY_NAMES,
     contains,
+    has_word,
     is_called_time,
     is_command,
     is_counting,
@@ -46,6 +47,7 @@ PUT_SECONDS = "put the seconds from row to row in the place of this scale"
 MAX_TURNS_TO_AND_FRO = 30.0  # of a shaft in rad: in degrees it would be half a turn
 MAX_SHAFT_SPEED_RAD_S = 3000.0  # rad/s of a shaft, beyond which hardly a motor with an encoder turns
 MIN_OVERFLOW_RATIO = 1.5  # of its readings' range, that a counter goes which overflowed
+GEARED_NAMES = ("motor", "gear", "joint", "output", "load")  # beginnings of words, of one side of a gear
 MAX_PEAK_RATIO = 2.0  # of the largest value that is no spike, up to which a short peak of a command is a command
 
 
@@ -96,7 +98,7 @@ def guess_rates(
     for name, place in table.rates.items():
         column, of = columns.get(name, ""), columns.get(place, "")
         is_shaft = table.units[place] == "rad" and place != table.range_channel
-        if is_shaft and column in survey.values and (units := units_beside(survey, of)):
+        if is_shaft and column and column == _rate_of(survey, of) and (units := units_beside(survey, of)):
             found[name] = Guess(ColumnMap(column, units[1]), _said_of_both(of, column, units))
             continue
         if place not in places or stated_unit(column) or column not in survey.values or of not in survey.values:
@@ -208,8 +210,8 @@ def units_beside(survey: Survey, column: str) -> tuple[str, str] | None:
     rate = _rate_of(survey, column)
     if not rate or stated_unit(column) or stated_unit(rate) or column in survey.turns:
         return None
-    if is_whole(survey.values[column]):  # counts, whose ratio to any speed is any
-        return None
+    if is_whole(survey.values[column]) or any(has_word(n, GEARED_NAMES) for n in (column, rate)):
+        return None  # counts, or the two sides of a gear, whose ratio to any speed is any
     counts = _units_per_summed(survey, column)
     return units_by_ratio(1.0 / abs(counts)) if counts else None
 

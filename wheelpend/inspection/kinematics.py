@@ -242,10 +242,9 @@ def find_rate_scale(
     both = units_by_ratio(factor) if own == "rad" and pair.angle != corrections.table.range_channel else None
     if both:
         units = dict(zip((pair.angle, pair.rate), both, strict=True))
-        corrections.unit.update({n: u for n, u in units.items() if u not in ("rad", "rad/s")})
         name, size = pair.rate, factor
         entries = " and ".join(f'{n} with unit = "{u}"' for n, u in units.items())
-        cure = f"Map {entries} in [columns], if they are no counts."
+        cure = f"Map {entries} in [columns], unless a gear is between them or one is in counts."
         sentence += f": they look like {both[0]} and {both[1]}."
     elif name:
         unit = "deg/s" if name == pair.rate else "deg"

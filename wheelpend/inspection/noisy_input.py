@@ -26,9 +26,10 @@ MAX_REPEATED_SHARE = 0.2  # of its values: a command is held, noise never repeat
 HALF_POWER = 0.1325  # frequency times the width at which a Gaussian passes half of the power
 NOISY_BAND = 1.5, 0.8  # of that frequency, and of half of the sampling rate
 SLOW_OCTAVES = 3  # below it, in which an input acts that acts at all
+NEIGHBOURS_ALIKE = 1.5  # frequencies of a window that tell the same
 MIN_ACTING_SIGMAS = 5.0  # of what it does there
-MAX_SHARE_ERROR = 0.15  # of what quick changes do over what slow ones do, with which it is told that they do nothing
-MAX_NOTHING_SIGMAS = 2.5  # that nothing is told to be at most: more is by chance once in 500 logs
+MAX_SHARE_ERROR = 0.2  # of what quick changes do over what slow ones do, with which it is told that they do nothing
+MAX_NOTHING_ERRORS = 1.6  # that nothing is told to be at most: 2.5 standard errors of its square
 MAX_NOTHING_SHARE = 0.05  # that counts as nothing however well it is known: slow changes leak into quick ones
 
 
@@ -51,10 +52,17 @@ class Transfer(NamedTuple):
         return Transfer(frequency[1:], cross[1:] / power[1:], power[1:] * windows / rest[1:])
 
     def size(self, low: float, high: float) -> tuple[float, float]:
-        """What the input does between two frequencies [Hz], and its error, weighed by what noise leaves of each."""
+        """What the input does between two frequencies [Hz], and its error: the root of its mean square.
+
+        A delay turns what it does round and round, so that its squares are summed, less what noise makes of them. The
+        error is of a band in which it does nothing.
+        """
         band = (self.frequency >= low) & (self.frequency < high)
         total = float(self.weight[band].sum())
-        return (abs(complex(self.moved[band] @ self.weight[band])) / total, total**-0.5) if total else (0.0, np.inf)
+        if not total:
+            return 0.0, np.inf
+        square = (float(np.abs(self.moved[band]) ** 2 @ self.weight[band]) - band.sum()) / total
+        return max(square, 0.0) ** 0.5, (NEIGHBOURS_ALIKE * band.sum()) ** 0.25 / total**0.5
 
 
 def find_noisy_inputs(log: Log, corrections: LogCorrections) -> list[Finding]:
@@ -72,7 +80,7 @@ def find_noisy_inputs(log: Log, corrections: LogCorrections) -> list[Finding]:
         if width < MIN_WIDTH_ROWS or noise < MIN_NOISE_SHARE * rms:
             continue
         share, error = quick_share(part, values, width, corrections.table.rates)
-        if error > MAX_SHARE_ERROR or share > max(MAX_NOTHING_SIGMAS * error, MAX_NOTHING_SHARE):
+        if error > MAX_SHARE_ERROR or share > max(MAX_NOTHING_ERRORS * error, MAX_NOTHING_SHARE):
             continue
         seconds = float(f"{width * log.dt:.2g}")
         corrections.smooth[name] = seconds

@@ -19,6 +19,7 @@ MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squa
 READABLE_INTERVALS_S = 1e-12, 1e12  # s; with the right unit no log is beyond, and a wrong one can still be told
 MIN_SHAKING_SIGMAS = 20.0  # of white noise, by which a channel is off its mean that moves within such a block
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
+MAX_UNEVEN_SHARE = 0.1  # of the way, by which a place is off a straight line, and of its rate, that goes evenly
 MIN_READINGS = 5  # of a channel, below which its noise is not known
 MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
 INTERVAL_CURE = (
@@ -128,12 +129,23 @@ def silent_channels(log: Log, table: ColumnTable) -> dict[str, tuple[str, str]]:
         known = readings[np.isfinite(readings)]
         if known.size < min(MIN_READINGS, len(readings)):
             what = f"{name} must be read often enough to tell its noise, but has {known.size} values."
-            found[name] = what, f"Log it in more of them{without}."
-        elif place is not None and known.min() == known.max() and np.nanmin(place) < np.nanmax(place):
+            found[name] = what, f"Log it in more rows{without}."
+        elif place is not None and known.min() == known.max() and not _goes_evenly(log.t, place, float(known[0])):
             what = (f"{name} must change where {table.rates[name]} does, of which it is the rate, but is {known[0]:g} "
                     f"{table.units[name]} throughout.")  # fmt: skip
             found[name] = what, f"Look whether it is connected{without}."
     return found
+
+
+def _goes_evenly(t: np.ndarray, place: np.ndarray, rate: float) -> bool:
+    """True of a place (N,) that goes at one rate over the times (N,) [s], or stands where that is 0."""
+    known = np.isfinite(place)
+    way = float(np.ptp(place[known]))
+    if known.sum() < 2 or way == 0.0:
+        return True
+    slope, start = np.polyfit(t[known], place[known], 1)
+    even = float(np.abs(place[known] - slope * t[known] - start).max()) < MAX_UNEVEN_SHARE * way
+    return even and abs(slope - rate) < MAX_UNEVEN_SHARE * abs(slope)
 
 
 def is_step_from_rest(values: Mapping[str, np.ndarray], table: ColumnTable) -> bool:

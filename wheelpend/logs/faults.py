@@ -20,6 +20,7 @@ MIN_CEILING_SAMPLES = 10  # of them in all
 MIN_CEILING_STEPS = 3.0  # quanta by which a reading enters or leaves a ceiling; a machine that stops creeps by one
 MIN_CEILING_KINK = 0.1  # the same of a reading without quanta, in usual steps
 MAX_DIP_KINKS = 1.5  # kinks by which a reading leaves a plateau and returns to it
+MAX_FLICKER_LEVELS = 6  # of a speed in counts near its largest, rows that come early or late among them
 MIN_PLATEAU_SHARE = 0.9  # of the readings of a plateau, that are at a ceiling
 MAX_REST_SHARE = 0.05  # of the largest speed, up to which a machine counts as at rest, whatever the gyro's offset
 USUAL_LARGEST = 0.99  # quantile of the speeds that counts as the largest, spikes apart
@@ -59,7 +60,7 @@ def readings_at_ceiling(values: np.ndarray, speed: np.ndarray | None = None) -> 
         inside = values != extreme
         least = max(usual, MIN_CEILING_STEPS * find_quantum(values[inside]))
         kink = kinks(values, runs)
-        if 0 < least < kink and stays_at(values, extreme, kink):
+        if 0 < least < kink and not flickers(values, extreme, kink):
             found |= values == extreme
             ceiling = float(extreme) if abs(extreme) > abs(ceiling) else ceiling
     return found, ceiling
@@ -73,12 +74,16 @@ def rests(samples: np.ndarray, speed: np.ndarray | None) -> bool:
     return bool(np.nanmedian(size[samples]) <= MAX_REST_SHARE * np.nanquantile(size, USUAL_LARGEST))
 
 
-def stays_at(values: np.ndarray, extreme: float, kink: float) -> bool:
-    """True of a signal (N,) that stays at an extreme while it is within a dip of it, from when it comes to it."""
-    near = runs_of(np.abs(values - extreme) <= MAX_DIP_KINKS * kink)
-    at = [np.flatnonzero(values[a:b] == extreme) for a, b in near]
-    plateaus = [int(k[-1] - k[0] + 1) for k in at if k.size]
-    return sum(k.size for k in at) >= MIN_PLATEAU_SHARE * sum(plateaus)
+def flickers(values: np.ndarray, extreme: float, kink: float) -> bool:
+    """True of a signal (N,) of few levels that goes to and fro between an extreme and the next of them.
+
+    A sensor at its ceiling that noise takes away from it has as many values there as readings.
+    """
+    near = np.abs(values - extreme) <= MAX_DIP_KINKS * kink
+    at = [np.flatnonzero(values[a:b] == extreme) for a, b in runs_of(near)]
+    plateau = sum(int(k[-1] - k[0] + 1) for k in at if k.size)
+    few = np.unique(values[near]).size <= MAX_FLICKER_LEVELS
+    return few and sum(k.size for k in at) < MIN_PLATEAU_SHARE * plateau
 
 
 def kinks(values: np.ndarray, runs: np.ndarray) -> float:

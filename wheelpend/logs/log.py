@@ -174,9 +174,13 @@ class Log(NotebookResult):
 
         From reading to reading 0.1 s apart, so that the noise of a fine sensor is no way.
         """
-        rows = np.unique(np.searchsorted(self.t, np.arange(self.t[0], self.t[-1], WAY_S)))
-        steps = [np.diff(v[np.isfinite(v)]) for v in self.measured[rows].T]
-        return np.array([[w[w > 0.0].sum(), -w[w < 0.0].sum()] for w in steps])
+        found = []
+        for values in self.measured.T:
+            read = np.flatnonzero(np.isfinite(values))
+            apart = np.flatnonzero(np.diff(np.floor(self.t[read] / WAY_S), prepend=-np.inf) > 0.0)
+            steps = np.diff(values[read[apart]])
+            found.append([steps[steps > 0.0].sum(), -steps[steps < 0.0].sum()])
+        return np.array(found)
 
     @cached_property
     def read_before(self) -> np.ndarray:

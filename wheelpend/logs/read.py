@@ -33,7 +33,7 @@ from wheelpend.logs.noise import noise_of_moving
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.smoothed_input import smoothed_input
 from wheelpend.logs.sources import LogLike, table_in_memory
-from wheelpend.logs.summed_speed import counts_per_turn, summed_over_time
+from wheelpend.logs.summed_speed import is_counted, summed_over_time
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
 from wheelpend.logs.units import UNIT_CONVERSIONS, unit_ending, words_of
 from wheelpend.logs.unwrap import make_continuous
@@ -81,7 +81,7 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     for name in table.required[1:]:
         check_values(log_name, name, columns_by_name[name])
     summed = {n: columns_by_name[n] for n, source in sources.items() if source.is_speed}
-    uncounted = {n: v for n, v in summed.items() if not counts_per_turn(v, t)}  # counts sum to counts
+    uncounted = {n: v for n, v in summed.items() if not is_counted(v, t)}  # counts sum to counts
     speed_noise = {n: noise_of_moving(v) for n, v in uncounted.items()}
     sum_speeds(columns_by_name, t, sources)
     for name in table.inputs:

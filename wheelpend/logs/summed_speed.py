@@ -27,9 +27,14 @@ def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
     known = np.isfinite(speed)
     if not known.any():
         return speed
-    whole = np.interp(t, t[known], speed[known])
-    steps = counted(whole, t) if counts_per_turn(speed, t) else 0.5 * (whole[1:] + whole[:-1]) * np.diff(t)
+    whole, step = np.interp(t, t[known], speed[known]), counted_step(speed, t)
+    steps = counted(whole, t, step) if step else 0.5 * (whole[1:] + whole[:-1]) * np.diff(t)
     return np.where(known, np.concatenate([np.zeros(1), np.cumsum(steps)]), np.nan)
+
+
+def is_counted(speed: np.ndarray, t: np.ndarray) -> bool:
+    """True of a speed (N,) that is summed to an encoder's counts."""
+    return counted_step(without_spikes(speed), t) > 0.0
 
 
 def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
@@ -46,7 +51,7 @@ def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
     even = np.abs(intervals - interval) < MAX_INTERVAL_SCATTER * interval
     if not (step and interval and np.mean(even) > MIN_EVEN_SHARE) or any(is_round(step / unit) for unit in SPEED_UNITS):
         return 0
-    known = np.unique(speed[np.isfinite(speed)])  # the same counts have the same digits, and the same error
+    known = _levels(speed)
     counts, step = whole_counts(known, step)
     scatter = float(np.std(known - step * counts) / np.sqrt(counts @ counts))
     possible = [turn / (step * interval) for turn in TURN_SIZES]
@@ -56,16 +61,25 @@ def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
     return next((round(n) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), 0)
 
 
-def counted(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
+def counted_step(speed: np.ndarray, t: np.ndarray) -> float:
+    """The speed (N,) that is one count of an encoder in the interval before each row; 0 of one that is not counted."""
+    return whole_counts(_levels(speed), find_quantum(speed))[1] if counts_per_turn(speed, t) else 0.0
+
+
+def counted(speed: np.ndarray, t: np.ndarray, step: float) -> np.ndarray:
     """The ways (N - 1,) that a speed (N,) without gaps was made of by an encoder, in its counts, at times (N,) [s].
 
     The digits of the speed are no part of them, nor is how late a row came: the speed was made for the usual interval.
     """
-    _, step = whole_counts(np.unique(speed), find_quantum(speed))
     intervals = np.diff(t)
     usual = float(np.median(intervals))
     even = np.abs(intervals - usual) < MAX_LATE_SHARE * usual
     return np.asarray(step * np.round(speed[1:] / step) * np.where(even, usual, intervals))
+
+
+def _levels(speed: np.ndarray) -> np.ndarray:
+    """The values of a speed (N,), each once: the same counts have the same digits, and the same error."""
+    return np.unique(speed[np.isfinite(speed)])
 
 
 def whole_counts(speed: np.ndarray, step: float) -> tuple[np.ndarray, float]:

@@ -57,7 +57,7 @@ UNKNOWN_UNIT = re.compile(  # what can be nothing else, though no conversion is 
     r"((m|k|M|µ|u|c|d)?(N|g|m|V|A|W|Hz|s|rad|bar|Pa)|kp|kgf?|gf?|lbf?|ozf?|in|inch|ft|yd|mph|rpm|rev|deg|°|h|min)"
     r"([ .*·⋅/^²]+(m?g|c?m|s|in|ft|rad|min|h|V|A|2))*"
 )
-SAID_UNIT = re.compile(r"\bin (\S+)\s*$", re.IGNORECASE)  # Angle in deg
+SAID_UNIT = re.compile(r"\bin (\S+( c?m)?)\s*$", re.IGNORECASE)  # Angle in deg, Torque in N m
 BRACKETED_TEXT = re.compile(r"\[.*\]|\(.*\)")
 ENDING_IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]\s*$")
 NAME_SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s", "deg_per_sec"), "rad/s": ("rad_s", "rad_per_s", "rad_per_sec"),
@@ -144,8 +144,8 @@ def stated_unit(name: str) -> str:
         for spelling in {unit, unit.replace(" ", ""), unit.replace(" ", "_"), *NAME_SPELLINGS.get(unit, ())}:
             single = len(spelling) == 1  # a whole name of one letter is no unit
             written, meant = (ending[1:], spelling) if single else (ending.lower(), spelling.lower())
-            written = written if single else written.replace(" ", "_")
-            if written.endswith(f"_{meant}") and not (single and contradicts(unit, name)):
+            spaced = not single and f" {name}".endswith(f" {spelling}") and not name.endswith(f"per {spelling}")
+            if (spaced or written.endswith(f"_{meant}")) and not (single and contradicts(unit, name)):
                 found[spelling] = unit
     return found[max(found, key=len)] if found else ""
 
@@ -176,4 +176,4 @@ def without_unit(name: str) -> str:
         return name
     if unit_in_brackets(name) is not None:
         return re.sub(r"[_\[( ]+[^_\[(]*$", "", name)
-    return re.sub(r"( +in)?[_ ]+[^_ ]*$", "", name)
+    return re.sub(r"( +in)?[_ ]+(N c?m|[^_ ]*)$", "", name)
