@@ -130,21 +130,21 @@ def silent_channels(log: Log, table: ColumnTable) -> dict[str, tuple[str, str]]:
         if known.size < min(MIN_READINGS, len(readings)):
             what = f"{name} must be read often enough to tell its noise, but has {known.size} values."
             found[name] = what, f"Log it in more rows{without}."
-        elif place is not None and known.min() == known.max() and not _goes_evenly(log.t, place, float(known[0])):
+        elif place is not None and known.min() == known.max() and not _is_rate(float(known[0]), place, log):
             what = (f"{name} must change where {table.rates[name]} does, of which it is the rate, but is {known[0]:g} "
                     f"{table.units[name]} throughout.")  # fmt: skip
             found[name] = what, f"Look whether it is connected{without}."
     return found
 
 
-def _goes_evenly(t: np.ndarray, place: np.ndarray, rate: float) -> bool:
-    """True of a place (N,) that goes at one rate over the times (N,) [s], or stands where that is 0."""
+def _is_rate(rate: float, place: np.ndarray, log: Log) -> bool:
+    """True of a rate at which a place (N,) of a log goes throughout, or of one that does not leave its noise."""
     known = np.isfinite(place)
-    way = float(np.ptp(place[known]))
-    if known.sum() < 2 or way == 0.0:
+    if not moves(place, log.dt) or np.ptp(place[known]) == 0.0:
         return True
-    slope, start = np.polyfit(t[known], place[known], 1)
-    even = float(np.abs(place[known] - slope * t[known] - start).max()) < MAX_UNEVEN_SHARE * way
+    t, way = log.t[known], float(np.ptp(place[known]))
+    slope, start = np.polyfit(t, place[known], 1)
+    even = float(np.abs(place[known] - slope * t - start).max()) < MAX_UNEVEN_SHARE * way
     return even and abs(slope - rate) < MAX_UNEVEN_SHARE * abs(slope)
 
 
