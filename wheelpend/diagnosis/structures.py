@@ -139,9 +139,8 @@ def probability_of_nothing_seen(known: Sequence[Structure], besides: int = 0) ->
 
 def is_nothing_improbable(known: Sequence[Structure], added: Collection[str]) -> bool:
     """True where it is improbable that nothing is missing beside what was added, or nothing that these logs show."""
-    within = [(s, {*s.effects} - {*added}) for s in known if s.effects != (NONE_OF_THESE,)]
-    nothing = sum(s.probability if not more else s.unseen * (len(more) == 1) for s, more in within)
-    return nothing < MIN_NOTHING_PROBABILITY
+    tried = {effect for s in known for effect in s.effects}
+    return probability_of_nothing_seen(known, len(tried & {*added})) < MIN_NOTHING_PROBABILITY
 
 
 def probability_outside(known: Sequence[Structure]) -> float:

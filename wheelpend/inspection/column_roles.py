@@ -113,6 +113,12 @@ def held_inputs(
     return dict.fromkeys(inputs_among(held), ("input", ""))
 
 
+def _falls_with(values: np.ndarray, other: np.ndarray) -> bool:
+    """True of a signal (N,) that is rather less where another one is more."""
+    known = np.isfinite(values) & np.isfinite(other)
+    return bool(known.sum() > 2 and np.cov(values[known], other[known])[0, 1] < 0.0)
+
+
 def roles_of(
     values: dict[str, np.ndarray], t: np.ndarray, signals: Signals | None, ranges: Sequence[tuple[int, int]]
 ) -> dict[str, tuple[str, str]]:
@@ -135,7 +141,7 @@ def roles_of(
     free = [n for n in free if n not in roles and not is_no_place(n)]
     roles |= references_among(free, values)
     roles |= {n: ("position", "") for n in free if n not in roles and n in places and not is_told(n)}
-    roles |= goals_among([n for n, (role, _) in roles.items() if role == "input"], values, roles)
+    roles |= goals_among(values, roles)
     return roles | {n: ("further", "") for n in values if n not in roles}
 
 
@@ -237,16 +243,9 @@ def references_among(names: list[str], values: dict[str, np.ndarray]) -> dict[st
     return found | {n: ("reference", "") for n in names if contains(n, REFERENCE_NAMES) and n not in found}
 
 
-def _falls_with(values: np.ndarray, other: np.ndarray) -> bool:
-    """True of a signal (N,) that is rather less where another one is more."""
-    known = np.isfinite(values) & np.isfinite(other)
-    return bool(known.sum() > 2 and np.cov(values[known], other[known])[0, 1] < 0.0)
-
-
-def goals_among(
-    inputs: list[str], values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
-) -> dict[str, tuple[str, str]]:
+def goals_among(values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
     """Commands that are called an angle or a place, and to which a position goes: set points of a servo's own loop."""
+    inputs = [n for n, (role, _) in roles.items() if role == "input"]
     open_names = [n for n in inputs if stated_base(n) in ("", "rad", "m") and not suggested_input_base(n)]
     open_names = [n for n in open_names if not has_word(n, DUTY_NAMES)]
     called = [n for n in open_names if has_word(n, (*ANGLE_NAMES, *SENSOR_NAMES)) or stated_base(n)]

@@ -28,9 +28,7 @@ from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
 from wheelpend.logs.units import stated_unit, words_of
 
-COUNTER_WORDS = frozenset(
-    ("seq", "id", "idx", "index", "sample", "frame", "row", "number", "timestamp", "stamp", "time")
-)
+COUNTER_WORDS = frozenset(("seq", "id", "idx", "index", "sample", "frame", "row", "number"))
 MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
 MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates
 MIN_COMMON_SAMPLES, MIN_COMMON_SHARE = 20, 0.1  # in which both are known, and share of a log, of a copy of a channel

@@ -11,7 +11,6 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import csd, welch
 
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.signals import is_whole
@@ -43,6 +42,8 @@ class Transfer(NamedTuple):
     @staticmethod
     def of(values: np.ndarray, signal: np.ndarray, order: int, dt: float) -> Transfer:
         """From an input (n,) to a signal (n,), of which differences of that order are the acceleration's."""
+        from scipy.signal import csd, welch  # imported late: scipy.signal takes longer to load than most commands
+
         options = {"fs": 1.0 / dt, "nperseg": WINDOW_SAMPLES}
         values, acceleration = values[: len(values) - order], np.diff(signal, order) / dt**order
         frequency, power = welch(values, **options)
@@ -85,7 +86,7 @@ def find_noisy_inputs(log: Log, corrections: LogCorrections) -> list[Finding]:
         seconds = float(f"{width * log.dt:.2g}")
         corrections.smooth[name] = seconds
         sentence = (f"{name} is read with noise of {noise:.2g} {corrections.table.units[name]} "
-                    f"({100 * noise / rms:.2g} % of its scatter) that does not act: its quick changes move the machine "
+                    f"({100 * noise / rms:.3g} % of its scatter) that does not act: its quick changes move the machine "
                     f"by {share:.2g} ± {error:.2g} of what slow ones do.")  # fmt: skip
         cure = (f"Map {name} in [columns] with smooth = {seconds:g}: it is then smoothed from both sides, without "
                 "delay. As it is its noise counts as a force, and less so behind a lag that is none.")  # fmt: skip

@@ -148,8 +148,9 @@ def find_quantum(signal: np.ndarray) -> float:
         if not found.size or span >= MAX_COUNTS * found.min() or found.min() > np.median(steps[steps > digits]):
             return 0.0
         step = float(np.median(found[found < 1.5 * found.min()]))
-        if quantised := next((s for s in (step, _counted_step(values, step)) if is_quantised(values, s)), 0.0):
-            return quantised
+        for able in (step, _counted_step(values, step)):
+            if is_quantised(values, able):
+                return able
     return 0.0
 
 

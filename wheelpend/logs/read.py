@@ -33,7 +33,7 @@ from wheelpend.logs.noise import noise_of_moving
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.smoothed_input import smoothed_input
 from wheelpend.logs.sources import LogLike, table_in_memory
-from wheelpend.logs.summed_speed import is_counted, summed_over_time
+from wheelpend.logs.summed_speed import way_and_counting
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
 from wheelpend.logs.units import UNIT_CONVERSIONS, unit_ending, words_of
 from wheelpend.logs.unwrap import make_continuous
@@ -80,10 +80,7 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     t = elapsed_seconds(raw_t, sources)
     for name in table.required[1:]:
         check_values(log_name, name, columns_by_name[name])
-    summed = {n: columns_by_name[n] for n, source in sources.items() if source.is_speed}
-    uncounted = {n: v for n, v in summed.items() if not is_counted(v, t)}  # counts sum to counts
-    speed_noise = {n: noise_of_moving(v) for n, v in uncounted.items()}
-    sum_speeds(columns_by_name, t, sources)
+    speed_noise = sum_speeds(columns_by_name, t, sources)
     for name in table.inputs:
         columns_by_name[name], remarks = held_commands(log_name, name, columns_by_name[name])
         notes += remarks
@@ -164,11 +161,20 @@ def elapsed_seconds(raw_t: np.ndarray, sources: Mapping[str, ColumnSource]) -> n
     return (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
 
 
-def sum_speeds(columns_by_name: dict[str, np.ndarray], t: np.ndarray, sources: Mapping[str, ColumnSource]) -> None:
-    """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as."""
-    for name, source in sources.items():
-        if source.is_speed:
-            columns_by_name[name] = summed_over_time(columns_by_name[name], t)
+def sum_speeds(
+    columns_by_name: dict[str, np.ndarray], t: np.ndarray, sources: Mapping[str, ColumnSource]
+) -> dict[str, float]:
+    """Sum over the times (N,) [s], in place, what is a speed of the place that it is read as; noise of the speeds.
+
+    Not of those that an encoder counted: counts sum to counts.
+    """
+    noise = {}
+    for name in (n for n, source in sources.items() if source.is_speed):
+        speed = columns_by_name[name]
+        columns_by_name[name], counted = way_and_counting(speed, t)
+        if not counted:
+            noise[name] = noise_of_moving(speed)
+    return noise
 
 
 def unwrap_positions(

@@ -6,9 +6,9 @@ import numpy as np
 
 from wheelpend.logs.log import GAP_INTERVAL_RATIO
 from wheelpend.logs.runs import runs_of
+from wheelpend.numerics import gaussian_smoothed
 
 WIDTHS_ROWS = tuple(float(w) for w in np.geomspace(0.5, 32.0, 13))  # standard deviations that are tried [rows]
-GAUSSIAN_REACH = 5.0  # standard deviations after which a Gaussian ends
 
 
 def smoothed_input(values: np.ndarray, t: np.ndarray, width: float) -> np.ndarray:
@@ -21,15 +21,8 @@ def smoothed_input(values: np.ndarray, t: np.ndarray, width: float) -> np.ndarra
     result = values.astype(float)
     for first, last in runs_of(np.isfinite(values)):
         for part in np.split(np.arange(first, last), np.flatnonzero(apart[first + 1 : last]) + 1):
-            result[part] = gaussian_smoothed_rows(values[part], width / interval)
+            result[part] = gaussian_smoothed(values[part], width / interval)
     return result
-
-
-def gaussian_smoothed_rows(values: np.ndarray, width: float) -> np.ndarray:
-    """Values (N,) behind a Gaussian of a standard deviation [rows]; held beyond their ends."""
-    from scipy.ndimage import gaussian_filter1d  # imported late: it is slow to load
-
-    return np.asarray(gaussian_filter1d(values, width, mode="nearest", truncate=GAUSSIAN_REACH))
 
 
 def likeliest_width(values: np.ndarray) -> tuple[float, float]:
@@ -40,8 +33,8 @@ def likeliest_width(values: np.ndarray) -> tuple[float, float]:
     """
 
     def missed(width: float) -> float:
-        own = float(gaussian_smoothed_rows(np.eye(1, 401, 200)[0], width)[200])  # weight of a value in its own mean
-        return float(np.sqrt(np.mean(((values - gaussian_smoothed_rows(values, width)) / (1.0 - own)) ** 2)))
+        own = float(gaussian_smoothed(np.eye(1, 401, 200)[0], width)[200])  # weight of a value in its own mean
+        return float(np.sqrt(np.mean(((values - gaussian_smoothed(values, width)) / (1.0 - own)) ** 2)))
 
     best = min(WIDTHS_ROWS, key=missed)
     return best, missed(best)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,27 +19,40 @@ WHOLE_TOLERANCE = 0.005  # by which such a number is off a whole one: one in 30 
 TURN_SIZES = (2.0 * math.pi, 360.0, 1.0)  # in rad, degrees and turns
 
 
+class Counting(NamedTuple):
+    """How an encoder's counts make a speed."""
+
+    per_turn: int
+    step: float  # of the speed: one count in the interval before each row
+
+
 def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
     """The way (N,) since the first time (N,) [s] by a speed (N,), without spikes.
 
     Even from one known value to the next; of counts per row just these counts.
     """
+    return way_and_counting(speed, t)[0]
+
+
+def way_and_counting(speed: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, Counting | None]:
+    """The same, and how the speed was counted; None of one that was not."""
     speed = without_spikes(speed)
     known = np.isfinite(speed)
     if not known.any():
-        return speed
-    whole, step = np.interp(t, t[known], speed[known]), counted_step(speed, t)
-    steps = counted(whole, t, step) if step else 0.5 * (whole[1:] + whole[:-1]) * np.diff(t)
-    return np.where(known, np.concatenate([np.zeros(1), np.cumsum(steps)]), np.nan)
-
-
-def is_counted(speed: np.ndarray, t: np.ndarray) -> bool:
-    """True of a speed (N,) that is summed to an encoder's counts."""
-    return counted_step(without_spikes(speed), t) > 0.0
+        return speed, None
+    whole, found = np.interp(t, t[known], speed[known]), counting(speed, t)
+    steps = counted(whole, t, found.step) if found else 0.5 * (whole[1:] + whole[:-1]) * np.diff(t)
+    return np.where(known, np.concatenate([np.zeros(1), np.cumsum(steps)]), np.nan), found
 
 
 def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
-    """Counts per turn of an encoder whose counts in the interval before each row a speed (N,) is; 0 of others.
+    """Counts per turn of an encoder whose counts in the interval before each row a speed (N,) is; 0 of others."""
+    found = counting(speed, t)
+    return found.per_turn if found else 0
+
+
+def counting(speed: np.ndarray, t: np.ndarray) -> Counting | None:
+    """How an encoder's counts in the interval before each row make a speed (N,); None of others.
 
     Such a speed lies on a grid whose step times the interval is a whole part of a turn. It is the mean since the row
     before: taken for the speed of that moment it would come half an interval late, which a delay would explain. A step
@@ -50,20 +64,16 @@ def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
     step = find_quantum(speed)
     even = np.abs(intervals - interval) < MAX_INTERVAL_SCATTER * interval
     if not (step and interval and np.mean(even) > MIN_EVEN_SHARE) or any(is_round(step / unit) for unit in SPEED_UNITS):
-        return 0
-    known = _levels(speed)
-    counts, step = whole_counts(known, step)
+        return None
+    known = np.unique(speed[np.isfinite(speed)])  # the same counts have the same digits, and the same error
+    counts = np.round(known / step)
+    step = float(known @ counts / (counts @ counts))  # its digits add up over all values
     scatter = float(np.std(known - step * counts) / np.sqrt(counts @ counts))
     possible = [turn / (step * interval) for turn in TURN_SIZES]
     sure = [
         n for n in possible if COUNTS_PER_TURN[0] <= n <= COUNTS_PER_TURN[1] and n * scatter < WHOLE_TOLERANCE * step
     ]
-    return next((round(n) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), 0)
-
-
-def counted_step(speed: np.ndarray, t: np.ndarray) -> float:
-    """The speed (N,) that is one count of an encoder in the interval before each row; 0 of one that is not counted."""
-    return whole_counts(_levels(speed), find_quantum(speed))[1] if counts_per_turn(speed, t) else 0.0
+    return next((Counting(round(n), step) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), None)
 
 
 def counted(speed: np.ndarray, t: np.ndarray, step: float) -> np.ndarray:
@@ -75,17 +85,6 @@ def counted(speed: np.ndarray, t: np.ndarray, step: float) -> np.ndarray:
     usual = float(np.median(intervals))
     even = np.abs(intervals - usual) < MAX_LATE_SHARE * usual
     return np.asarray(step * np.round(speed[1:] / step) * np.where(even, usual, intervals))
-
-
-def _levels(speed: np.ndarray) -> np.ndarray:
-    """The values of a speed (N,), each once: the same counts have the same digits, and the same error."""
-    return np.unique(speed[np.isfinite(speed)])
-
-
-def whole_counts(speed: np.ndarray, step: float) -> tuple[np.ndarray, float]:
-    """How many steps each value of a speed (N,) is, and the step that all of them make of a first one."""
-    counts = np.round(speed / step)
-    return counts, float(speed @ counts / (counts @ counts))
 
 
 def is_round(step: float) -> bool:
