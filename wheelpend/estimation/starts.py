@@ -38,9 +38,9 @@ MAX_FITTED_STARTS = 3  # of the candidates, those with the least cost before any
 def start_candidates(problem: EstimationProblem) -> list[dict[str, float]]:
     """Possible starts for the base parameters: the model's values, and filtered regressions of a log.
 
-    That is the first one which is long enough for any filter.
-    The parameters are sums of positive physical constants, so the regressions are nonnegative least squares. Raises
-    Failure where the model gives no values and the log is too short for the fastest filter.
+    That is the first one which is long enough for any filter. The parameters are sums of positive physical constants,
+    so the regressions are nonnegative least squares. Raises Failure where the model gives no values and the log is too
+    short for the fastest filter.
     """
     complete = _complete_initial_values(problem)
     known = complete or _initial_values(problem)

@@ -124,10 +124,12 @@ def rest_beside_force_text(result: Diagnosis) -> str:
         rest = HELD_OUT_SENTENCE
     elif is_mostly_chance(result.remainder):
         rest = MOSTLY_CHANCE_SENTENCE
+    elif result.leaves_unknown:
+        rest = UNKNOWN_LAW_SENTENCE
+    elif is_nothing_improbable(result.structures, result.problem.model.effects):
+        rest = UNCERTAIN_SENTENCE
     else:
-        improbable = is_nothing_improbable(result.structures, result.problem.model.effects)
-        rest = UNCERTAIN_SENTENCE if improbable else SURPRISE_SENTENCE
-        rest = UNKNOWN_LAW_SENTENCE if result.leaves_unknown else rest
+        rest = SURPRISE_SENTENCE
     return " ".join(filter(None, (rest, likely_text(result))))
 
 
