@@ -65,8 +65,17 @@ def test_nothing_is_seen_where_each_effect_may_be_too_small_and_none_is_likely()
     assert nothing(-6.0) == pytest.approx(1.0 - probability_of_none(1.0), abs=0.05)
     assert 0.3 < nothing(3.5) < 0.7 and nothing(20.0) < 1e-3
     both = structures([RoundEvidence({"a": even(50.0)}, "a"), RoundEvidence({"b": even(20.0)}, "")], LIBRARY, 1.0)
-    assert probability_of_nothing_seen(both) < probability_of_nothing_seen(both, 1) < 1e-3
-    assert probability_of_nothing_seen(both, 2) == pytest.approx(1.0 - probability_of_none(1.0), abs=0.05)
+    assert probability_of_nothing_seen(both) < probability_of_nothing_seen(both, ["a"]) < 1e-3
+    assert probability_of_nothing_seen(both, ["a", "b"]) == pytest.approx(1.0 - probability_of_none(1.0), abs=0.05)
+
+
+def test_a_wider_law_in_the_place_of_a_named_one_is_more_and_another_law_is_not():
+    known = structures([RoundEvidence({"a": even(50.0), "b": even(56.0)}, "")], LIBRARY, 1.0)
+    assert probability_of_nothing_seen(known, ["a"]) > 0.5
+    assert probability_of_nothing_seen(known, ["a"], {"b": ("a",)}) < 0.05
+    assert probability_of_nothing_seen(known, ["b"], {"b": ("a",)}) > 0.5
+    even_at_zero = structures([RoundEvidence({"a": even(50.0), "b": even(46.0)}, "")], LIBRARY, 1.0)
+    assert probability_of_nothing_seen(even_at_zero, ["a"], {"b": ("a",)}) > 0.5
 
 
 def test_an_effect_needs_evidence_for_the_size_of_the_library_too():

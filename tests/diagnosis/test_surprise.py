@@ -46,7 +46,7 @@ def test_what_is_held_out_and_far_off_is_unexplained(monkeypatch):
 def test_nothing_is_improbable_beside_what_was_added():
     pair = Structure(("coulomb_drive", "slope"), 0.2, 0.15)
     known = (Structure(("coulomb_drive",), 0.6), pair, Structure((), 0.001))
-    assert not is_nothing_improbable(known, ["coulomb_drive"]) and not is_nothing_improbable(
-        known[:1], known[0].effects
+    assert not is_nothing_improbable(known, ["coulomb_drive"], {}) and not is_nothing_improbable(
+        known[:1], known[0].effects, {}
     )
-    assert is_nothing_improbable(known, []) and is_nothing_improbable((Structure(("none_of_these",), 1.0),), [])
+    assert is_nothing_improbable(known, [], {}) and is_nothing_improbable((Structure(("none_of_these",), 1.0),), [], {})

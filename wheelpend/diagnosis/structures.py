@@ -130,17 +130,31 @@ def probability_of_none(p_value: float) -> float:
     return min(odds / (1.0 + odds), MAX_PROBABILITY_OF_NONE)
 
 
-def probability_of_nothing_seen(known: Sequence[Structure], besides: int = 0) -> float:
-    """Probability that nothing is missing besides so many effects, or one that is too small for these logs to show."""
-    within = [s for s in known if s.effects != (NONE_OF_THESE,)]
-    nothing = sum(s.probability for s in within if len(s.effects) <= besides)
-    return nothing + sum(s.unseen for s in within if len(s.effects) == besides + 1)
+def probability_of_nothing_seen(
+    known: Sequence[Structure],
+    named: Collection[str] = (),
+    replaces: Mapping[str, Collection[str]] = MappingProxyType({}),
+) -> float:
+    """Probability that no more is missing than was named, or one effect more that is too small for these logs to show.
+
+    As many effects in other places are no more. A wider law is more than the named one whose place it takes.
+    """
+    within = [(s, _further(s, named, replaces)) for s in known if s.effects != (NONE_OF_THESE,)]
+    return sum(s.probability if more <= 0 else s.unseen for s, more in within if more <= 1)
 
 
-def is_nothing_improbable(known: Sequence[Structure], added: Collection[str]) -> bool:
+def _further(known: Structure, named: Collection[str], replaces: Mapping[str, Collection[str]]) -> int:
+    """How many effects a structure has more than were named: a wider law is there beside the one that it replaces."""
+    within = {n for e in known.effects for n in replaces.get(e, ())}.intersection(named)
+    return len(within.union(known.effects)) - len(named)
+
+
+def is_nothing_improbable(
+    known: Sequence[Structure], added: Collection[str], replaces: Mapping[str, Collection[str]]
+) -> bool:
     """True where it is improbable that nothing is missing beside what was added, or nothing that these logs show."""
     tried = {effect for s in known for effect in s.effects}
-    return probability_of_nothing_seen(known, len(tried & {*added})) < MIN_NOTHING_PROBABILITY
+    return probability_of_nothing_seen(known, tried.intersection(added), replaces) < MIN_NOTHING_PROBABILITY
 
 
 def probability_outside(known: Sequence[Structure]) -> float:

@@ -144,6 +144,11 @@ class Diagnosis(DrawnResult):
         return tuple(t for t in self.candidates if t.physical)
 
     @property
+    def replaces(self) -> dict[str, tuple[str, ...]]:
+        """Effects of the model that each refitted one contains or approaches, and whose place it takes."""
+        return {c.effect: self.problem.replaced(c.effect) for c in self.refitted}
+
+    @property
     def p_value_of_rest(self) -> float:
         """P-value of nothing more being there, with the first candidate where there is one."""
         if self.remainder is not None:
@@ -185,7 +190,7 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     """
     evidence = [_round_evidence(one) for one in rounds]
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
-    nothing = probability_of_nothing_seen(known, len(_standing(rounds)))
+    nothing = probability_of_nothing_seen(known, _standing(rounds), rounds[-1].replaces)
     if found.verdict == "nothing_missing" and found.problem is rounds[-1].problem and not found.named:
         improbable = nothing < MIN_NOTHING_PROBABILITY
         found = replace(found, verdict="unexplained", detectable={}) if improbable else found
@@ -233,7 +238,7 @@ def _round_evidence(found: Diagnosis) -> RoundEvidence:
     named = found.named[0].effect if found.named else ""
     tried = {c.effect: c for c in found.refitted}
     told = {n: c.evidence for n, c in tried.items() if c.evidence is not None and (c.is_possible or n == named)}
-    return RoundEvidence(told, named, {n: found.problem.replaced(n) for n in tried})
+    return RoundEvidence(told, named, found.replaces)
 
 
 def and_what_replaced(effect: str, rounds: Sequence[Diagnosis]) -> set[str]:

@@ -193,7 +193,7 @@ def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
     horizon [s] is not divided where the log ends with a rest. Raises Failure where nothing moves before what is
     held out, nor for long enough behind that.
     """
-    first, third, rest = log.first_usable, _last_third(log), rest_begin(log, noise.sigma)
+    first, third, rest = log.first_read, _last_third(log), rest_begin(log, noise.sigma)
     stands_still = len(log) - rest > MAX_STILL_SHARE * (len(log) - third)
     moves = log.t[min(rest, len(log) - 1)] - log.t[first] >= MIN_MOVING_HORIZONS * horizon
     split = min(first + (rest - first) * 2 // 3, third) if stands_still and moves else third
@@ -213,8 +213,8 @@ def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
 
 
 def _last_third(log: Log) -> int:
-    """The first sample of the last third of what follows a log's first usable one, before which it may be held."""
-    return log.first_usable + (len(log) - log.first_usable) * 2 // 3
+    """The first sample of the last third of what was read while a log is usable, before which it may be held."""
+    return log.first_read + (len(log) - log.first_read) * 2 // 3
 
 
 def _stillness_warnings(logs: Sequence[Log], begins: Sequence[int], words: PlantWords) -> list[str]:
@@ -247,7 +247,7 @@ def _motion_warnings(split: DataSplit, model: Model) -> list[str]:
 
 def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: PlantWords) -> ValidationData:
     """A validation log's segments, with the first third of what was read, to calibrate its per-log parameters."""
-    begin = max(log.first_usable, log.lead)
+    begin = log.first_read
     split = begin + (len(log) - begin) // 3
     judged = _segments_of_log(log, noise, horizon, split, len(log), words)
     return ValidationData(judged, None, _segments_of_log(log, noise, horizon, 0, split, words))

@@ -224,6 +224,11 @@ class Log(NotebookResult):
         """The first sample that is not left out."""
         return self._gapless_ranges[0][0] if self._gapless_ranges else 0
 
+    @property
+    def first_read(self) -> int:
+        """The first sample that was read and is not left out."""
+        return max(self.first_usable, self.lead)
+
     def _lost_share(self, warm_up: float) -> float:
         """Share of the usable samples that a warm-up [s] takes, of all or of those in the first third."""
         ranges = np.array(self._gapless_ranges, dtype=np.int64).reshape(-1, 2)

@@ -126,7 +126,7 @@ def rest_beside_force_text(result: Diagnosis) -> str:
         rest = MOSTLY_CHANCE_SENTENCE
     elif result.leaves_unknown:
         rest = UNKNOWN_LAW_SENTENCE
-    elif is_nothing_improbable(result.structures, result.problem.model.effects):
+    elif is_nothing_improbable(result.structures, result.problem.model.effects, result.replaces):
         rest = UNCERTAIN_SENTENCE
     else:
         rest = SURPRISE_SENTENCE
