@@ -57,6 +57,26 @@ def test_a_shape_is_needed_where_the_simpler_one_does_not_do():
     assert rounds[-1].is_explained and stepwise.find_redundant_effect(rounds, print) is None
 
 
+def beside(rounds):
+    """The same rounds, the last of which ends a little beside the likeliest values, as a filter of friction does."""
+    last = rounds[-1]
+    last.fit = replace(last.fit, values={n: 1.02 * v for n, v in last.fit.values.items()})
+    return rounds
+
+
+def test_what_ends_beside_the_likeliest_values_is_taken_down_to_the_noise(begun):
+    found = stepwise.down_to_noise(beside(climbed(begun, "coulomb_drive", "slope")), lambda rounds: True, print)
+    last = found[-1]
+    assert len(found) == 3 and last.verdict == "nothing_missing" and not last.by_likelihood
+    assert last.error <= MAX_EXPLAINED_ERROR_RATIO * last.noise_floor
+    assert last.fit.values["coulomb_drive.torque"] == pytest.approx(0.3, abs=0.02)
+
+
+def test_what_leaves_more_than_noise_stays_as_the_likelihood_had_it(begun):
+    rounds = beside(climbed(begun, "coulomb_drive"))
+    assert stepwise.down_to_noise(rounds, lambda found: True, print) is rounds
+
+
 def test_effects_that_are_all_there_are_all_needed(begun):
     assert stepwise.find_redundant_effect(climbed(begun, "coulomb_drive", "slope"), print) is None
 
@@ -117,6 +137,7 @@ def by_likelihood_alone(monkeypatch, likely):
     monkeypatch.setattr(stepwise, "likely_model", lambda *rest: None)
     monkeypatch.setattr(stepwise, "_rounds_aside", lambda *rest: [])
     monkeypatch.setattr(stepwise, "rounds_from", lambda *rest: likely)
+    monkeypatch.setattr(stepwise, "down_to_noise", lambda rounds, *rest: rounds)
 
 
 @pytest.mark.parametrize(
@@ -169,6 +190,7 @@ def test_logs_without_the_times_of_a_force_from_outside_count_where_they_explain
     monkeypatch.setattr(stepwise, "likely_model", lambda *rest: None)
     monkeypatch.setattr(stepwise, "_rounds_aside", lambda *rest: calm)
     monkeypatch.setattr(stepwise, "rounds_from", lambda *rest: asked.append(rest) or likely)
+    monkeypatch.setattr(stepwise, "down_to_noise", lambda rounds, *rest: rounds)
     monkeypatch.setattr(stepwise, "is_far_calmer", lambda found, before: is_calmer)
     assert stepwise.stepwise(None, {}, lambda rounds: False) is {"calm": calm, "likely": likely}[answer]
     assert bool(asked) is searched

@@ -22,7 +22,7 @@ from wheelpend.diagnosis.likelihood.search import leaves_a_force, likely_model, 
 from wheelpend.diagnosis.outside_force import is_far_calmer, without_outside_forces
 from wheelpend.diagnosis.ranking import nested_effects
 from wheelpend.diagnosis.refit import Progress
-from wheelpend.diagnosis.rounds import first_round, next_round, with_partner
+from wheelpend.diagnosis.rounds import RoundStart, diagnose_problem, first_round, next_round, with_partner
 from wheelpend.diagnosis.verdict import (
     Diagnosis,
     revise_verdict,
@@ -35,7 +35,7 @@ from wheelpend.diagnosis.verdict import (
 )
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
-from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, values_of_model_effects
@@ -105,7 +105,8 @@ def stepwise(
     with the other effects alone to choose from. Backlash that explains
     more than a selection that leaves a rest takes its place. Where all this leaves more than sensor noise, effects are
     judged by likelihood; and where that names none though something repeats, two effects that hide each other are
-    sought. Where only sensor noise is left, but a random force along the whole log, what lasts is judged by likelihood.
+    sought. Where the model at their end leaves sensor noise alone without any random force, that is the answer.
+    Where only sensor noise is left, but a random force along the whole log, what lasts is judged by likelihood.
     Where something outside moves the machine for a short time, the logs are searched without that time, which this
     ``leaves_out`` once.
     """
@@ -120,7 +121,7 @@ def stepwise(
     calm = _rounds_aside(model, rounds[-1], is_done, progress) if leaves_out else []
     if calm and _names_and_explains(calm):
         return calm
-    likely = rounds_from(model, is_done, progress)
+    likely = down_to_noise(rounds_from(model, is_done, progress), is_done, progress)
     if calm and not _names_and_explains(likely) and is_far_calmer(calm[-1], likely[-1]):
         return calm
     if _explains_nothing(first) and not likely[0].named and likely[-1].verdict == "unexplained":
@@ -128,6 +129,24 @@ def stepwise(
         if rounds[-1].is_explained:
             return _without_redundant(rounds, problem, start, is_done, progress, is_paired=True)[0]
     return likely
+
+
+def down_to_noise(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
+    """Rounds by likelihood, the last of its model without a random force where that leaves nothing but sensor noise.
+
+    A filter expands about its mean, and ends beside the likeliest values where a surface sticks; from there these are
+    near. Nothing reaches the noise over the horizon, in what is held out too, by chance.
+    """
+    last = rounds[-1]
+    if last.named:
+        return rounds
+    progress("fitting what was found without a random force")
+    reached = reduced_model(last.problem, last.problem.model.effects, last.fit)
+    if not max(reached.error, reached.fit.error) <= MAX_EXPLAINED_ERROR_RATIO * reached.problem.floor:
+        return rounds
+    start = RoundStart(reached.fit.values, reached.fit.per_log, reached.fit)
+    first, before = diagnose_problem(reached.problem, start, progress=progress), rounds[:-1]
+    return [*before, *forward_pass(first, lambda later: is_done([*before, *later]), progress)]
 
 
 def _rounds_aside(
