@@ -267,3 +267,15 @@ def test_one_that_comes_to_rest_behind_its_last_command_was_driven_by_it():
     assert idle_ends(switched, HORIZON_S) == []
     goes_on = replace(switched, measured=log.measured)
     assert [span.begin for span in idle_ends(goes_on, HORIZON_S)] == [pytest.approx(9.01)]
+
+
+def test_a_time_in_which_the_command_does_most_of_what_it_does_is_not_from_outside():
+    log = held_log()
+    ramp = replace(log, voltage=np.clip(3.0 * (log.t - 4.0), 0.0, 2.0))
+    assert outside_force.drives_within(ramp, Span(3.9, 4.5, 20.0)) and outside_force.drives_within(
+        ramp, Span(4.2, 5.0, 20.0)
+    )
+    assert not outside_force.drives_within(ramp, Span(4.6, 5.5, 20.0))
+    assert not outside_force.drives_within(log, Span(3.9, 4.5, 20.0))  # nothing is commanded
+    swinging = replace(log, voltage=np.sin(3.0 * log.t))
+    assert not outside_force.drives_within(swinging, Span(3.9, 5.0, 20.0))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wheelpend.inspection.standstill import standstill_times
+from wheelpend.logs.rest import standstill_times
 
 
 def test_a_place_stands_still_where_it_moves_less_than_its_noise():

@@ -113,6 +113,7 @@ def test_a_log_that_begins_with_a_step_from_rest_is_led_by_rest_where_the_machin
     assert np.array_equal(led.measured[led.lead :], log.measured)
     assert led.samples == len(log) and led.duration == log.duration
     assert led_by_rest(led, AXIS) is led and log.as_read() is log
+    assert led.first_read == led.lead and log.first_read == 0
     assert np.array_equal(led.as_read().t, log.t) and led.as_read().lead == 0
     assert led.stretches[0].settled == 0 and log.stretches[0].settled > 0
     assert led.part(10, 200).lead == led.lead - 10 and led.part(100, 200).lead == 0

@@ -4,7 +4,7 @@ A random force that is as large in one second of a log as in another describes n
 them, and hides behind itself whatever law the rest of the log would show. So where a model leaves such a force, and the
 smoother finds most of it in a few short spans, a search is made on the logs without these. It counts if it explains
 what is left by a law, or leaves far less to chance. What a command that jumps makes at once is no such span: so a delay
-would look, or an amplifier at its limit.
+would look, or an amplifier at its limit. Nor is one in which a command does most of what it does in the log.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ MIN_PEAK_RATIO = 8.0  # of that largest to the rms elsewhere: a model gone astra
 EDGE_RATIO = 2.0  # of the missing force at the edges of a span to the rms elsewhere
 MARGIN_HORIZON_SHARE = 0.2  # of the horizon, left out before and after: the smoother blurs what begins at once
 MIN_CALMED_SHARE = 0.02  # of the drive: a random force below hides little
-STEP_SHARE = 0.5  # of a command's range, by which it jumps at a step
+STEP_SHARE = 0.5  # of a command's range, by which it jumps at a step; of all its changes, that are the drive
 MIN_SURPRISE_RATIO = 3.0  # of a held-out error to the noise, where the fit leaves nothing to chance: a late blow
 CALM_RATIO = 3.0  # of what is left to chance with all of the log to what is left without the spans
 
@@ -80,9 +80,10 @@ def is_far_calmer(found: Diagnosis, before: Diagnosis) -> bool:
 
 
 def _spans_of_log(log: Log, missing: MissingForce, horizon: float) -> list[Span]:
-    """The spans of a log that no jump of a command begins, and its ends at which it moves without a command."""
+    """The spans of a log that no command makes, and its ends at which it moves without one."""
     found = spans_of(missing, (float(log.t[0]), float(log.t[-1])), horizon)
-    from_outside = [s for s in found if not begins_at_a_step(log, s.onset, MARGIN_HORIZON_SHARE * horizon)]
+    margin = MARGIN_HORIZON_SHARE * horizon
+    from_outside = [s for s in found if not (begins_at_a_step(log, s.onset, margin) or drives_within(log, s))]
     spans = joined([*from_outside, *idle_ends(log, horizon)])
     return spans if sum(s.end - s.begin for s in spans) <= MAX_SPAN_SHARE * log.duration else []
 
@@ -143,6 +144,16 @@ def begins_at_a_step(log: Log, onset: float, margin: float) -> bool:
         if width > 0.0 and np.any(jumps[near] >= STEP_SHARE * width):
             return True
     return False
+
+
+def drives_within(log: Log, span: Span) -> bool:
+    """True of a span in which a command does half or more of all that it does in a log: what acts there is the drive.
+
+    Without such a time hardly anything is left that shows a law.
+    """
+    changes = np.abs(np.diff(log.known_voltage.reshape(len(log), -1), axis=0))
+    within = changes[(log.t[1:] >= span.begin) & (log.t[1:] <= span.end)].sum(axis=0)
+    return bool(np.any((within > 0.0) & (within >= STEP_SHARE * changes.sum(axis=0))))
 
 
 def spans_of(missing: MissingForce, ends: tuple[float, float], horizon: float) -> list[Span]:

@@ -10,12 +10,9 @@ from wheelpend.logs.checks import INTERVAL_CURE, MOVE_CURE, silent_channels, sti
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import Log, shortest_segment
 from wheelpend.logs.noise import Noise
+from wheelpend.logs.rest import standstill_band, standstill_times
 from wheelpend.logs.runs import runs_of
 
-STANDSTILL_BAND_SIGMAS = 6.0  # standard deviations within which a position stays that stands still
-STANDSTILL_BAND_STEPS = 2.01  # steps of a quantised one: the reading next to an edge flickers, the gears give a little
-MIN_STANDSTILL_S = 0.1  # s
-MIN_STANDSTILL_SAMPLES = 6  # that a swing does not spend where it turns
 MIN_CONSTANT_SIGNAL_S = 0.5  # s for which a signal must stay the same to count as constant
 
 
@@ -70,26 +67,10 @@ def position_channels(log: Log, table: ColumnTable) -> list[str]:
 
 def standstills(log: Log, noise: Noise, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:
     """Times from and to [s] between which positions stay the same within noise and a step each way, by channel."""
-    bands = np.maximum(STANDSTILL_BAND_SIGMAS * noise.sigma, STANDSTILL_BAND_STEPS * noise.quantum)
+    bands = standstill_band(noise.sigma, noise.quantum)
     known = [(k, c) for k, c in enumerate(log.channels) if c in position_channels(log, table)]
     found = {c: standstill_times(log.t, log.measured[:, k], float(bands[k])) for k, c in known}
     return {c: times for c, times in found.items() if times}
-
-
-def standstill_times(t: np.ndarray, signal: np.ndarray, band: float) -> list[tuple[float, float]]:
-    """Times from and to [s], some time and a few samples apart, between which a signal (N,) stays within a band."""
-    known = np.flatnonzero(np.isfinite(signal))
-    t, values, found, first = t[known], signal[known].tolist(), [], 0
-    low = high = values[0] if values else 0.0
-    for k in range(1, len(values) + 1):
-        if k < len(values) and max(high, values[k]) - min(low, values[k]) <= band:
-            low, high = min(low, values[k]), max(high, values[k])
-            continue
-        if t[k - 1] - t[first] >= MIN_STANDSTILL_S and k - first >= MIN_STANDSTILL_SAMPLES:
-            found.append((float(t[first]), float(t[k - 1])))
-        first = min(k, len(values) - 1)
-        low = high = values[first]
-    return found
 
 
 def constant_runs(signal: np.ndarray, band: float, dt: float) -> list[tuple[int, int]]:

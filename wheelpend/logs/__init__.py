@@ -16,6 +16,7 @@ and continuous, and the noise of its channels. Question: what was measured, when
   floor), which are `finding`s
 - runs: the stretches of samples in which something holds
 - rest: from where on a machine stands still until its log ends, and logs that begin with a step from rest
+- unlogged_drive: a machine that moves as nothing free does though its log has no drive
 - shipped: the logs that come with the package
 - summed_speed: the way that a speed comes to; smoothed_input: an input that a sensor reads, without its noise
 - unwrap: wrapped angles and reset counters, made continuous

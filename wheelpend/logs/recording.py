@@ -20,6 +20,7 @@ from wheelpend.logs.faults import (
 )
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
+from wheelpend.logs.unlogged_drive import unlogged_drive
 
 MIN_STANDING_SHARE = 0.05  # share of a log in which a machine must stand for anything to be learnt
 
@@ -58,6 +59,8 @@ def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
     if not table.inputs and (held := held_samples(log.t, places)):
         faults.append(held_finding(log.t, held, table.words.machine))
         without_input[:held] = True
+    if not table.inputs:
+        faults += unlogged_drive(log.t, {c: channels[c] for c in table.places if c in channels}, table.words.machine)
     for name in (c for c in channels if c in table.rates or c == table.range_channel):
         rate = name if name in table.rates else next((r for r, a in table.rates.items() if a == name), "")
         channels[name], found = saturated(name, channels[name], measured.get(rate))

@@ -20,6 +20,31 @@ GATHERED_SHARE, MIN_FIRST_STEPS = 0.6, 3  # of the largest step: until then, and
 MIN_ROWS_BEFORE, MIN_SPEED_SIGMAS = 0.6, 2.0  # of such a gain, and of that speed's error, from which on it had set out
 REST_BAND_SIGMAS = 12.0  # of a channel's noise, that its readings spread at rest: a hundred million reach 11.5
 MAX_REST_SIGMAS = 2.0  # of it, that they scatter about their mean: a swing within that band scatters more
+STANDSTILL_BAND_SIGMAS = 6.0  # standard deviations within which a position stays that stands still
+STANDSTILL_BAND_STEPS = 2.01  # steps of a quantised one: the reading next to an edge flickers, the gears give a little
+MIN_STANDSTILL_S = 0.1  # s
+MIN_STANDSTILL_SAMPLES = 6  # that a swing does not spend where it turns
+
+
+def standstill_band(sigma: np.ndarray, quantum: np.ndarray) -> np.ndarray:
+    """The band (channels,) within which positions of this noise and step (channels,) stay that stand still."""
+    return np.maximum(STANDSTILL_BAND_SIGMAS * sigma, STANDSTILL_BAND_STEPS * quantum)
+
+
+def standstill_times(t: np.ndarray, signal: np.ndarray, band: float) -> list[tuple[float, float]]:
+    """Times from and to [s], some time and a few samples apart, between which a signal (N,) stays within a band."""
+    known = np.flatnonzero(np.isfinite(signal))
+    t, values, found, first = t[known], signal[known].tolist(), [], 0
+    low = high = values[0] if values else 0.0
+    for k in range(1, len(values) + 1):
+        if k < len(values) and max(high, values[k]) - min(low, values[k]) <= band:
+            low, high = min(low, values[k]), max(high, values[k])
+            continue
+        if t[k - 1] - t[first] >= MIN_STANDSTILL_S and k - first >= MIN_STANDSTILL_SAMPLES:
+            found.append((float(t[first]), float(t[k - 1])))
+        first = min(k, len(values) - 1)
+        low = high = values[first]
+    return found
 
 
 def rest_begin(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
