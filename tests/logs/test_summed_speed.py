@@ -8,7 +8,7 @@ from wheelpend.identification.identify import identify
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.noise import sensor_noise
 from wheelpend.logs.read import load_log, signals_of_file
-from wheelpend.logs.summed_speed import counts_per_turn, summed_over_time
+from wheelpend.logs.summed_speed import counts_per_turn, lead_of_counts, summed_over_time
 from wheelpend.model.settings import Setting, with_settings
 
 SLIDE, ROBOT = Model.parse('plant = "slide"\neffects = ["viscous_drive"]\n'), Model.default()
@@ -57,6 +57,24 @@ def test_two_decimals_are_enough_for_a_speed_of_many_counts():
     assert counts_per_turn(rpm * np.pi / 30.0, T) == 1320
     way = summed_over_time(rpm * np.pi / 30.0, T) * 1320 / (2.0 * np.pi)
     assert np.abs(way - counts).max() < 0.1, "its digits do not add up"
+
+
+def test_counts_behind_a_gear_of_which_no_whole_number_makes_a_turn_are_told_by_their_errors():
+    counts = np.floor(937.2 / (2.0 * np.pi) * 6.0 * WAY[:500])  # 44 at the motor, behind 21.3 to 1
+    rpm = np.round(np.diff(counts, prepend=counts[0]) / 937.2 * 60.0 / 0.01, 2)
+    assert counts_per_turn(rpm * np.pi / 30.0, T[:500]) == 0
+    way = summed_over_time(rpm * np.pi / 30.0, T[:500]) * 937.2 / (2.0 * np.pi)
+    assert np.abs(way - (counts - counts[0])).max() < 0.1
+    between = np.gradient(counts) / 937.2 * 2.0 * np.pi / 0.01  # from the row before to the one behind
+    assert lead_of_counts(np.round(between * 2.0 * 937.2 * 0.01 / (2.0 * np.pi))) < 0.0
+    assert np.abs(summed_over_time(between, T[:500]) * 937.2 / (2.0 * np.pi) - (counts - counts[0])).max() > 0.4
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.5])
+def test_what_a_converter_rounds_is_no_count_however_long_it_is_watched(noise):
+    steps = SPEED * 0.01 * 937.2 / (2.0 * np.pi) * 6.0 + noise * np.random.default_rng(1).standard_normal(len(T))
+    assert lead_of_counts(np.round(steps)) < -50.0 and lead_of_counts(np.round(steps[:500])) < 0.0
+    assert lead_of_counts(np.round(steps[:20])) == 0.0 and lead_of_counts(np.zeros(100)) == 0.0
 
 
 def test_counts_sum_to_counts_however_late_a_row_comes_and_their_error_is_that_of_rounding():

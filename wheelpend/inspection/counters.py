@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -26,10 +26,12 @@ from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
+from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.units import stated_unit, words_of
 
 COUNTER_WORDS = frozenset(("seq", "id", "idx", "index", "sample", "frame", "row", "number"))
 MAX_COPY_DEVIATION = 2e-4  # of its range, by which a column is off another's line, and of a factor that is 1
+MAX_FILTER_DEVIATION, MIN_KEPT_SHARE = 0.02, 0.05  # of what a filter changes, and of its last value, that it keeps
 MAX_DIRECTION_DEVIATION = 2e-3  # of its range, by which an angle is off the direction of two coordinates
 MIN_COMMON_SAMPLES, MIN_COMMON_SHARE = 20, 0.1  # in which both are known, and share of a log, of a copy of a channel
 MAX_COMPARED_SAMPLES = 500  # of two columns, before all of them
@@ -94,6 +96,33 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
         if line and (line not in ((1.0, 0.0), (-1.0, 0.0)) or _are_one_reading(a, b)):
             found[b] = f"{b} is {_line_text(line, a)} throughout: the same once more, and left out."
     return found
+
+
+def filtered_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """Columns (N,) that are another one behind a digital low-pass filter of first order, with a sentence on it.
+
+    x_k = a x_(k−1) + (1 − a) y_k, but for what they are rounded by. Of readings of one kind alone: a motor may follow
+    its command so. The filtered one lags, and has nothing that the other has not.
+    """
+    found: dict[str, str] = {}
+    moving = {n: v for n, v in values.items() if np.isfinite(v).all() and np.ptp(v) > 0.0 and not is_command(n)}
+    for raw, filtered in permutations(moving, 2):
+        alike = stated_unit(raw) and stated_unit(raw) == stated_unit(filtered)
+        wanted = contains(raw, REFERENCE_NAMES) or contains(filtered, REFERENCE_NAMES)
+        if alike and not wanted and raw not in found and (kept := _kept_share(moving[raw], moving[filtered])):
+            found[filtered] = (f"{filtered} is {raw} behind a low-pass filter, {kept:.3g} of its row before and "
+                               f"{1.0 - kept:.3g} of the row: it lags, and is left out.")  # fmt: skip
+    return found
+
+
+def _kept_share(raw: np.ndarray, filtered: np.ndarray) -> float:
+    """The share of its value before that a low-pass filter of a signal (N,) keeps; 0 where it is no such filter."""
+    before, now = filtered[:-1] - raw[1:], filtered[1:] - raw[1:]
+    share = float(before @ now / max(before @ before, 1e-300))
+    off = np.abs(now - share * before)
+    rounded = find_quantum(raw) + find_quantum(filtered)
+    is_small = off.max() <= rounded and float(np.sqrt(np.mean(off**2))) < MAX_FILTER_DEVIATION * float(np.std(before))
+    return share if is_small and MIN_KEPT_SHARE < share < 1.0 - MIN_KEPT_SHARE else 0.0
 
 
 def find_copies(log: Log, table: ColumnTable) -> list[Finding]:

@@ -28,7 +28,7 @@ from wheelpend.inspection.column_names import (
     stated_factor,
 )
 from wheelpend.inspection.column_roles import currents_beside, held_inputs, is_unnamed, right_sides, roles_of
-from wheelpend.inspection.counters import coordinates_among, copies_among, replaced_clock
+from wheelpend.inspection.counters import coordinates_among, copies_among, filtered_among, replaced_clock
 from wheelpend.inspection.file_values import (
     analysed,
     moving_columns,
@@ -196,10 +196,14 @@ def with_summed_speed(as_read: Survey, path: Path, raw: np.ndarray, values: dict
     beside_body = speed in of_wheels and as_read.of_role("input")
     if not speed or SUMMED_PLACE in values or (others and not beside_body):
         return as_read
-    rest = {n: v for n, v in values.items() if n != speed and not is_of_right_wheel(n, values)}
+    copies = tuple(c for c in as_read.columns if c.role == "copy")
+    aside = {speed, *(c.name for c in copies)}
+    rest = {n: v for n, v in values.items() if n not in aside and not is_of_right_wheel(n, values)}
     way = summed_over_time(values[speed] * stated_factor(speed), clock_seconds(raw, as_read.clock))
     summed = surveyed(path, as_read.clock, raw, {**rest, SUMMED_PLACE: way}, as_read.times)
-    return summed._replace(speed=speed) if set(summed.of_role("position")) == {*others, SUMMED_PLACE} else as_read
+    if set(summed.of_role("position")) != {*others, SUMMED_PLACE}:
+        return as_read
+    return summed._replace(speed=speed, columns=(*summed.columns, *copies))
 
 
 def following_speed(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:
@@ -254,7 +258,7 @@ def surveyed(path: Path, clock: ColumnMap, raw: np.ndarray, values: dict[str, np
     if times == "said" and (first := next(iter(values))) not in counters and first.startswith(NAMELESS_PREFIX):
         counters |= replaced_clock(first, values[first])
     rest = {n: v for n, v in values.items() if n not in counters}
-    copies = copies_among(rest) | coordinates_among(rest)
+    copies = copies_among(rest) | coordinates_among(rest) | filtered_among(rest)
     no_reading = counters | copies
     log = analysed(path.name, t, moving_columns(path, {n: v for n, v in values.items() if n not in no_reading}))
     moving = dict(zip(log.channels, log.measured.T, strict=True))

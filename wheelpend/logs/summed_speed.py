@@ -16,13 +16,15 @@ MAX_LATE_SHARE = 0.5  # of the interval, by which a row is late that follows the
 MIN_EVEN_SHARE = 0.9  # of the intervals that scatter less, gaps aside
 COUNTS_PER_TURN = (4.0, 1e5)  # of a shaft
 WHOLE_TOLERANCE = 0.005  # by which such a number is off a whole one: one in 30 is by chance, of three turns
+SHAPE_ROWS, MAX_SHAPE_WINDOWS, OVERLAP = 32, 2000, 2.0  # of windows with errors, and in how many of them a row is
+MIN_COUNTS_LEAD = 5.0  # nats, by which counts must be likelier than a rounded speed
 TURN_SIZES = (2.0 * math.pi, 360.0, 1.0)  # in rad, degrees and turns
 
 
 class Counting(NamedTuple):
     """How an encoder's counts make a speed."""
 
-    per_turn: int
+    per_turn: int  # 0 behind a gear, of which no whole number makes a turn
     step: float  # of the speed: one count in the interval before each row
 
 
@@ -54,26 +56,51 @@ def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
 def counting(speed: np.ndarray, t: np.ndarray) -> Counting | None:
     """How an encoder's counts in the interval before each row make a speed (N,); None of others.
 
-    Such a speed lies on a grid whose step times the interval is a whole part of a turn. It is the mean since the row
-    before: taken for the speed of that moment it would come half an interval late, which a delay would explain. A step
-    of a round number in a usual unit may as well be that of its digits. The speed is in rad/s, or in deg/s or rev/s
-    where nothing says so.
+    It is the mean since the row before: taken for the speed of that moment it would come half an interval late, which a
+    delay would explain. Such a speed lies on a grid. Where the step of that times the interval is a whole part of a
+    turn, and no round number in a usual unit, as digits have it, that is enough: the speed is in rad/s, or in deg/s or
+    rev/s where nothing says so. Behind a gear it is none; there the errors of the counts tell.
     """
     intervals = np.diff(t)
     interval = float(np.median(intervals)) if intervals.size else 0.0
     step = find_quantum(speed)
     even = np.abs(intervals - interval) < MAX_INTERVAL_SCATTER * interval
-    if not (step and interval and np.mean(even) > MIN_EVEN_SHARE) or any(is_round(step / unit) for unit in SPEED_UNITS):
+    if not (step and interval and np.mean(even) > MIN_EVEN_SHARE):
         return None
     known = np.unique(speed[np.isfinite(speed)])  # the same counts have the same digits, and the same error
     counts = np.round(known / step)
-    step = float(known @ counts / (counts @ counts))  # its digits add up over all values
-    scatter = float(np.std(known - step * counts) / np.sqrt(counts @ counts))
-    possible = [turn / (step * interval) for turn in TURN_SIZES]
+    exact = float(known @ counts / (counts @ counts))  # its digits add up over all values
+    scatter = float(np.std(known - exact * counts) / np.sqrt(counts @ counts))
+    possible = [turn / (exact * interval) for turn in TURN_SIZES]
     sure = [
-        n for n in possible if COUNTS_PER_TURN[0] <= n <= COUNTS_PER_TURN[1] and n * scatter < WHOLE_TOLERANCE * step
+        n for n in possible if COUNTS_PER_TURN[0] <= n <= COUNTS_PER_TURN[1] and n * scatter < WHOLE_TOLERANCE * exact
     ]
-    return next((Counting(round(n), step) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), None)
+    whole = next((round(n) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), 0)
+    if whole and not any(is_round(step / unit) for unit in SPEED_UNITS):
+        return Counting(whole, exact)
+    return Counting(0, exact) if lead_of_counts(np.round(speed / exact)) > MIN_COUNTS_LEAD else None
+
+
+def lead_of_counts(rounded: np.ndarray) -> float:
+    """How much likelier rounded values (N,) are counts of a row than a rounded speed [nats].
+
+    Each count that one row lacks the next one has: the error of counts is the difference of an encoder's rounding from
+    row to row, and grows with the frequency; that of a rounded speed is white. In the upper two thirds of what the rows
+    show, by Whittle's likelihood, whatever the size.
+    """
+    if len(rounded) < SHAPE_ROWS:
+        return 0.0
+    windows = np.lib.stride_tricks.sliding_window_view(rounded, SHAPE_ROWS)[:: SHAPE_ROWS // 2]
+    windows = windows[np.isfinite(windows).all(axis=1) & (np.ptp(windows, axis=1) > 0.0)][:MAX_SHAPE_WINDOWS]
+    if not len(windows):
+        return 0.0
+    bend = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, SHAPE_ROWS), 3))[0]
+    power = np.abs(np.fft.rfft((windows - (windows @ bend) @ bend.T) * np.hanning(SHAPE_ROWS), axis=1)) ** 2
+    band = slice(SHAPE_ROWS // 6, SHAPE_ROWS // 2)
+    shape = 4.0 * np.sin(np.pi * np.arange(power.shape[1]) / SHAPE_ROWS)[band] ** 2
+    power = power[:, band]
+    lead = np.log(np.mean(power)) - np.log(np.mean(power / shape)) - np.mean(np.log(shape))
+    return float(lead) * power.size / OVERLAP
 
 
 def counted(speed: np.ndarray, t: np.ndarray, step: float) -> np.ndarray:
