@@ -54,6 +54,14 @@ def duty_axis(**other: np.ndarray) -> dict[str, np.ndarray]:
     return {"t": t, "pwm": np.round(volts / 11.4 * 255), "x": way, **other}
 
 
+def two_speeds() -> dict[str, np.ndarray]:
+    """A motor's speed as its encoder has it, and behind the low-pass filter of its firmware, which is called actual."""
+    t, volts, way = driven_axis()
+    raw = np.round(np.gradient(way, t) * 300.0, 2)
+    filtered = np.round(lfilter([0.2], [1.0, -0.8], raw), 2)
+    return {"t": t, "u": volts, "actual_rpm": filtered, "raw_rpm": raw}
+
+
 def full_duty() -> np.ndarray:
     """PWM counts (N,) that reach ±255."""
     return np.clip(np.round(driven_axis()[1] / 8.0 * 255), -255, 255)
@@ -81,6 +89,7 @@ RAW = {
     "PWM counts under a name that says nothing": lambda: {"t": axis()["t"], "x": axis()["x"], "m": full_duty()},
     "a counter of rows": lambda: {"n": ROWS, **axis()},
     "the other wheel of a robot whose body is not logged": two_wheels,
+    "a speed behind a filter, beside it": two_speeds,
     "a copy of a column": lambda: axis(u_counts=21.25 * axis()["u"]),
     "the coordinates beside an angle, of a tracker": tracked_swing,
     "no times": lambda: {n: v for n, v in axis().items() if n != "t"},
