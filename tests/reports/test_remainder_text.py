@@ -278,10 +278,11 @@ def test_the_missing_force_on_a_row_has_the_unit_of_that_row():
     missing = SimpleNamespace(force=np.ones((10, 2)), sigma=np.full((10, 2), 0.1), log="")
     where = [SimpleNamespace(row="cart", state="x", low=0.0, high=1.0, share=0.9)]
     problem = SimpleNamespace(module=SimpleNamespace(ROWS=("cart", "pole")))
-    said = list(
-        missing_force_text(SimpleNamespace(where=where, problem=problem, missing=[missing]), plant_units_of(model))
-    )
+    found = SimpleNamespace(where=where, problem=problem, missing=[missing])
+    said = list(missing_force_text(found, plant_units_of(model)))
     assert "on the cart row: 1 N rms" in said[-2] and "on the pole row: 1 N m rms" in said[-1]
+    missing.force[:, 1] = 0.0  # nothing is said of a force that there is not
+    assert list(missing_force_text(found, plant_units_of(model))) == said[:-1]
 
 
 @pytest.mark.parametrize(("after", "gain", "told"), [(217.0, 230.0, True), (113.0, 230.0, False), (217.0, None, False)])

@@ -45,8 +45,9 @@ def missing_force_text(result: Comparison | Diagnosis, quantities: PlantUnits) -
         for missing in result.missing:
             place = f" in {missing.log}" if len(result.missing) > 1 else ""
             for k, row in enumerate(result.problem.module.ROWS):
-                own = quantities.force_on(row)
-                yield _row_force_text(row + " row" + place, missing.force[:, k], missing.sigma[:, k], own, quantities)
+                own, force = quantities.force_on(row), missing.force[:, k]
+                if force.any():  # else the sensors' errors explain all
+                    yield _row_force_text(row + " row" + place, force, missing.sigma[:, k], own, quantities)
 
 
 def _row_force_text(place: str, force: np.ndarray, sigma: np.ndarray, own: str, quantities: PlantUnits) -> str:
