@@ -174,7 +174,7 @@ def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_
 def test_where_an_effect_is_likelier_than_none_no_sentence_says_that_nothing_is_missing():
     last = SimpleNamespace(
         by_likelihood=True, named=(), remainder=Remainder({"wheel": force(share=0.2)}), determines_nothing=False,
-        error=3.0, noise_floor=1.0, verdict="nothing_missing", refitted=(), structures=(), is_doubtful=True,
+        error=3.0, noise_floor=1.0, verdict="nothing_missing", refitted=(), structures=(), replaces={}, is_doubtful=True,
     )  # fmt: skip
     for said in (
         closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing")),
@@ -200,7 +200,7 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
     def said(*refitted, structures=(), unknown=False):
         found = SimpleNamespace(
             error=35.0, noise_floor=1.0, verdict="unexplained", remainder=Remainder({"wheel": force(share=share)}),
-            refitted=refitted, structures=structures, leaves_unknown=unknown, determines_nothing=False,
+            refitted=refitted, structures=structures, replaces={}, leaves_unknown=unknown, determines_nothing=False,
             horizon_s=0.5, problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
         return verdict_beside_force_text(found)
@@ -231,7 +231,7 @@ def test_what_is_unexplained_names_the_effect_that_would_lower_the_error_most_as
 def test_a_page_says_of_what_is_unexplained_what_a_terminal_says():
     last = SimpleNamespace(
         by_likelihood=True, named=(), remainder=Remainder({"wheel": force(share=0.8)}), refitted=(), error=35.0,
-        structures=(), determines_nothing=False, problem=SimpleNamespace(plant=MODEL.plant_signature),
+        structures=(), replaces={}, determines_nothing=False, problem=SimpleNamespace(plant=MODEL.plant_signature),
     )  # fmt: skip
     ladder = SimpleNamespace(verdict="unexplained", last=last, repeats=(), remainder=last.remainder)
     assert unexplained_sentences(ladder) == [MOSTLY_CHANCE_SENTENCE]
@@ -243,7 +243,7 @@ def test_what_ends_a_ladder_says_what_is_uncertain_and_what_is_mostly_chance():
         last = SimpleNamespace(
             by_likelihood=by_likelihood, named=(), refitted=(),
             remainder=left or Remainder({"wheel": force(share=share)}),
-            error=error, noise_floor=1.0, structures=(), leaves_unknown=False, is_doubtful=False,
+            error=error, noise_floor=1.0, structures=(), replaces={}, leaves_unknown=False, is_doubtful=False,
             determines_nothing=determines_nothing,
             problem=SimpleNamespace(plant=MODEL.plant_signature, model=MODEL),
         )  # fmt: skip
