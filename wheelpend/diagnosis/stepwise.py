@@ -34,9 +34,9 @@ from wheelpend.diagnosis.verdict import (
     with_structures,
 )
 from wheelpend.errors import Failure
-from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.continuation import fit_model, fit_segments
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
-from wheelpend.estimation.data import prepare
+from wheelpend.estimation.data import prepare, shortened_segments
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, values_of_model_effects
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
@@ -48,6 +48,7 @@ from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
 
+MAX_TRIED_SEGMENTS = 40  # on which it is tried whether a model without a random force reaches sensor noise
 MAX_REMAINING_ERROR_RATIO = 0.9  # of the error, that a further effect may leave for the search to go on behind a first
 
 Rounds = list[Diagnosis]
@@ -141,7 +142,13 @@ def down_to_noise(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: P
     if last.named:
         return rounds
     progress("fitting what was found without a random force")
-    reached = reduced_model(last.problem, last.problem.model.effects, last.fit)
+    problem, fitted = last.problem, last.fit
+    part = shortened_segments(problem, problem.horizon, max_segments=MAX_TRIED_SEGMENTS)
+    names = free_names(problem, problem.model.effects)
+    tried = fit_segments(problem, part, fitted.values, names, start_per_log=fitted.per_log)
+    if not tried.error <= MAX_EXPLAINED_ERROR_RATIO * problem.floor:
+        return rounds
+    reached = reduced_model(problem, problem.model.effects, fitted)
     if not max(reached.error, reached.fit.error) <= MAX_EXPLAINED_ERROR_RATIO * reached.problem.floor:
         return rounds
     start = RoundStart(reached.fit.values, reached.fit.per_log, reached.fit)

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from wheelpend.logs.finding import Finding
+from wheelpend.logs.log import EXCERPT_SAMPLES
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.rest import standstill_band, standstill_times
 from wheelpend.logs.runs import runs_of
@@ -31,6 +32,8 @@ CURE = (
 
 def unlogged_drive(t: np.ndarray, places: Mapping[str, np.ndarray], machine: str) -> list[Finding]:
     """The finding that something moves a machine without inputs, whose places (N,) are read at times t (N,) [s]."""
+    every = max(1, len(t) // EXCERPT_SAMPLES)
+    t, places = t[::every], {name: values[::every] for name, values in places.items()}
     known = {name: values for name, values in places.items() if _way(values) > 0.0}
     cure = CURE.format(machine=machine)
     if len(known) != len(places) or not known:
