@@ -74,6 +74,7 @@ def test_counts_behind_a_gear_of_which_no_whole_number_makes_a_turn_are_told_by_
 def test_what_a_converter_rounds_is_no_count_however_long_it_is_watched(noise):
     steps = SPEED * 0.01 * 937.2 / (2.0 * np.pi) * 6.0 + noise * np.random.default_rng(1).standard_normal(len(T))
     assert lead_of_counts(np.round(steps)) < -50.0 and lead_of_counts(np.round(steps[:500])) < 0.0
+    assert lead_of_counts(np.arange(300.0)) == 0.0, "what goes on evenly has no errors"
     assert lead_of_counts(np.round(steps[:20])) == 0.0 and lead_of_counts(np.zeros(100)) == 0.0
 
 

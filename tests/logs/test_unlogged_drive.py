@@ -16,7 +16,7 @@ def read(values, step=1e-3):
 
 
 def found(*places, t=T):
-    return unlogged_drive(t, {f"theta_{k}": v for k, v in enumerate(places, 1)}, "pendulum")
+    return unlogged_drive(t[: len(places[0])], {f"theta_{k}": v for k, v in enumerate(places, 1)}, "pendulum")
 
 
 def to_a_place(start, end, begin, duration=0.8):
@@ -34,6 +34,8 @@ def swing(amplitude, damping=0.1, friction=0.0, start=0.0):
 
 def test_a_joint_that_rests_between_two_motions_is_driven():
     way = to_a_place(0.0, 1.0, 1.0) + to_a_place(0.0, -0.6, 4.0)
+    holed = np.where(np.arange(T.size) % 7 == 3, np.nan, read(way))
+    assert found(holed) and not found(np.full(T.size, np.nan)) and not found(np.zeros(T.size)) and not found(way[:20])
     (told,) = found(read(way), read(0.5 * way))
     assert told.kind == "unlogged_drive" and "stands still from t = 1.7" in told.sentence
     assert "map it as the input" in told.cure and told.size == pytest.approx(4.05, abs=0.15)
@@ -54,6 +56,8 @@ def test_what_a_motor_sets_turning_is_driven_and_what_falls_is_not():
     turned = 8.0 * (T - 1.5 + 1.5 * np.exp(-T / 1.5))
     (told,) = found(read(turned))
     assert told.channel == "theta_1" and "goes on one way at a steady speed" in told.sentence
+    uneven = T + 0.004 * np.sin(T / 0.3)
+    assert found(read(np.interp(uneven, T, turned)), t=uneven)
     assert found(read(-turned)) and not found(read(turned[::-1]))  # a way that ends slowly is that of what coasts down
     assert not found(read(np.cos(0.5 * np.pi * T / T[-1])))  # and a quarter of a swing that of what falls
 

@@ -174,7 +174,8 @@ def test_what_is_as_slow_as_a_log_allows_is_not_said_to_follow_no_law(share, at_
 def test_where_an_effect_is_likelier_than_none_no_sentence_says_that_nothing_is_missing():
     last = SimpleNamespace(
         by_likelihood=True, named=(), remainder=Remainder({"wheel": force(share=0.2)}), determines_nothing=False,
-        error=3.0, noise_floor=1.0, verdict="nothing_missing", refitted=(), structures=(), replaces={}, is_doubtful=True,
+        error=3.0, noise_floor=1.0, verdict="nothing_missing", refitted=(), structures=(), replaces={},
+        is_doubtful=True,
     )  # fmt: skip
     for said in (
         closing_sentence(SimpleNamespace(last=last, verdict="nothing_missing")),

@@ -116,13 +116,26 @@ def filtered_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 
 def _kept_share(raw: np.ndarray, filtered: np.ndarray) -> float:
-    """The share of its value before that a low-pass filter of a signal (N,) keeps; 0 where it is no such filter."""
+    """The share of its value before that a low-pass filter of a signal (N,) keeps; 0 where it is no such filter.
+
+    Where both differ most it is looked at first.
+    """
+    most = int(np.argmax(np.abs(filtered - raw)))
+    near = slice(max(most - MAX_COMPARED_SAMPLES // 2, 0), most + MAX_COMPARED_SAMPLES // 2)
+    share, off = _filter_between(raw[near], filtered[near])
+    if off is None:
+        return 0.0
+    share, off = _filter_between(raw, filtered)
+    return share if off is not None and off.max() <= find_quantum(raw) + find_quantum(filtered) else 0.0
+
+
+def _filter_between(raw: np.ndarray, filtered: np.ndarray) -> tuple[float, np.ndarray | None]:
+    """The same share by least squares, and how far off the filter is (N - 1,); None where that is no small part."""
     before, now = filtered[:-1] - raw[1:], filtered[1:] - raw[1:]
     share = float(before @ now / max(before @ before, 1e-300))
     off = np.abs(now - share * before)
-    rounded = find_quantum(raw) + find_quantum(filtered)
-    is_small = off.max() <= rounded and float(np.sqrt(np.mean(off**2))) < MAX_FILTER_DEVIATION * float(np.std(before))
-    return share if is_small and MIN_KEPT_SHARE < share < 1.0 - MIN_KEPT_SHARE else 0.0
+    is_small = float(np.sqrt(np.mean(off**2))) < MAX_FILTER_DEVIATION * float(np.std(before))
+    return share, off if is_small and MIN_KEPT_SHARE < share < 1.0 - MIN_KEPT_SHARE else None
 
 
 def find_copies(log: Log, table: ColumnTable) -> list[Finding]:

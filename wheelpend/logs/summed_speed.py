@@ -17,6 +17,7 @@ MIN_EVEN_SHARE = 0.9  # of the intervals that scatter less, gaps aside
 COUNTS_PER_TURN = (4.0, 1e5)  # of a shaft
 WHOLE_TOLERANCE = 0.005  # by which such a number is off a whole one: one in 30 is by chance, of three turns
 SHAPE_ROWS, MAX_SHAPE_WINDOWS, OVERLAP = 32, 2000, 2.0  # of windows with errors, and in how many of them a row is
+MIN_ERROR_POWER = 0.05  # of the 1 or 2 that errors of rounding have there
 MIN_COUNTS_LEAD = 5.0  # nats, by which counts must be likelier than a rounded speed
 TURN_SIZES = (2.0 * math.pi, 360.0, 1.0)  # in rad, degrees and turns
 
@@ -99,6 +100,8 @@ def lead_of_counts(rounded: np.ndarray) -> float:
     band = slice(SHAPE_ROWS // 6, SHAPE_ROWS // 2)
     shape = 4.0 * np.sin(np.pi * np.arange(power.shape[1]) / SHAPE_ROWS)[band] ** 2
     power = power[:, band]
+    if np.mean(power) < MIN_ERROR_POWER:  # what goes on evenly has no errors
+        return 0.0
     lead = np.log(np.mean(power)) - np.log(np.mean(power / shape)) - np.mean(np.log(shape))
     return float(lead) * power.size / OVERLAP
 

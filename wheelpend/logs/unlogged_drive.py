@@ -33,17 +33,18 @@ CURE = (
 def unlogged_drive(t: np.ndarray, places: Mapping[str, np.ndarray], machine: str) -> list[Finding]:
     """The finding that something moves a machine without inputs, whose places (N,) are read at times t (N,) [s]."""
     every = max(1, len(t) // EXCERPT_SAMPLES)
-    t, places = t[::every], {name: values[::every] for name, values in places.items()}
-    known = {name: values for name, values in places.items() if _way(values) > 0.0}
-    cure = CURE.format(machine=machine)
-    if len(known) != len(places) or not known:
+    seen = np.array([values[::every] for values in places.values()])
+    known = np.isfinite(seen).all(axis=0)
+    t, seen = t[::every][known], seen[:, known]
+    if len(t) < SPEED_PARTS * MIN_PART_SAMPLES or not np.ptp(seen, axis=1).all():
         return []
-    if at := _rest_between(t, [*known.values()]):
+    cure = CURE.format(machine=machine)
+    if at := _rest_between(t, seen):
         first, last = at
         sentence = (f"Nothing that drives the {machine} is logged, but it stands still from t = {t[first]:.4g} s to "
                     f"{t[last]:.4g} s and then moves again: something moves it.")  # fmt: skip
         return [Finding("unlogged_drive", "", sentence, cure, float(t[last]))]
-    turning = next((name for name, values in known.items() if _gathers_speed(values)), "")
+    turning = next((name for name, values in zip(places, seen, strict=True) if _gathers_speed(t, values)), "")
     if not turning:
         return []
     sentence = (f"Nothing that drives the {machine} is logged, but {turning} sets out slowly and goes on one way at a "
@@ -51,12 +52,12 @@ def unlogged_drive(t: np.ndarray, places: Mapping[str, np.ndarray], machine: str
     return [Finding("unlogged_drive", turning, sentence, cure, None)]
 
 
-def _rest_between(t: np.ndarray, places: list[np.ndarray]) -> tuple[int, int] | None:
-    """First and last samples of the longest rest of all places (N,) between two motions; None without any."""
+def _rest_between(t: np.ndarray, places: np.ndarray) -> tuple[int, int] | None:
+    """First and last samples of the longest rest of all places (places, N) between two motions; None without any."""
     still = np.ones(len(t), dtype=bool)
     for values in places:
         band = _band(values)
-        if not band <= MAX_BAND_SHARE * _way(values):
+        if not band <= MAX_BAND_SHARE * np.ptp(values):
             return None
         own = np.zeros(len(t), dtype=bool)
         for begin, end in standstill_times(t, values, band):
@@ -67,11 +68,6 @@ def _rest_between(t: np.ndarray, places: list[np.ndarray]) -> tuple[int, int] | 
     return max(between, key=lambda r: float(t[r[1]] - t[r[0]]), default=None)
 
 
-def _way(values: np.ndarray) -> float:
-    """How far a place (N,) goes; 0 of one that is never read."""
-    return float(np.nanmax(values) - np.nanmin(values)) if np.isfinite(values).any() else 0.0
-
-
 def _band(values: np.ndarray) -> float:
     """The band within which a place (N,) stays that stands still."""
     noise, quantum = difference_noise(values), find_quantum(values)
@@ -80,22 +76,20 @@ def _band(values: np.ndarray) -> float:
 
 def _is_left(t: np.ndarray, values: np.ndarray, first: int, last: int) -> bool:
     """True where a place (N,) comes from far to a rest between two samples, and leaves it as nothing free does."""
-    least = MIN_WAY_SHARE * _way(values)
     gone = np.abs(values - values[last])
-    way = float(np.nanmax(gone[last:], initial=0.0))
-    if min(way, float(np.nanmax(gone[: first + 1], initial=0.0))) < least:
+    came, way = gone[: first + 1].max(), gone[last:].max()
+    if min(came, way) < MIN_WAY_SHARE * np.ptp(values):
         return False
     half = last + int(np.argmax(gone[last:] > 0.5 * way))
     return bool(t[last] - t[first] > MIN_STILL_RATIO * (t[half] - t[last]))
 
 
-def _gathers_speed(values: np.ndarray) -> bool:
+def _gathers_speed(t: np.ndarray, values: np.ndarray) -> bool:
     """True of a place (N,) that goes one way all along, slowly at first and steadily in the end."""
-    place = values[np.isfinite(values)]
-    if len(place) < SPEED_PARTS * MIN_PART_SAMPLES:
-        return False
-    parts = np.array([part[-1] - part[0] for part in np.array_split(place, SPEED_PARTS)])
-    steady = float(np.mean(parts[-STEADY_PARTS:]))
-    back = float(np.max(np.maximum.accumulate(np.sign(steady) * place) - np.sign(steady) * place))
-    alike = np.abs(parts[-STEADY_PARTS:] - steady) <= MAX_STEADY_SPREAD * abs(steady)
-    return bool(back <= _band(place) and alike.all() and parts[0] * np.sign(steady) < MAX_FIRST_SPEED * abs(steady))
+    parts = zip(np.array_split(values, SPEED_PARTS), np.array_split(t, SPEED_PARTS), strict=True)
+    speeds = np.array([(own[-1] - own[0]) / (at[-1] - at[0]) for own, at in parts])
+    steady = float(np.mean(speeds[-STEADY_PARTS:]))
+    way = np.sign(steady) * values
+    back = float(np.max(np.maximum.accumulate(way) - way))
+    alike = np.abs(speeds[-STEADY_PARTS:] - steady) <= MAX_STEADY_SPREAD * abs(steady)
+    return bool(back <= _band(values) and alike.all() and speeds[0] * np.sign(steady) < MAX_FIRST_SPEED * abs(steady))
