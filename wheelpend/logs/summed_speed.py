@@ -16,7 +16,11 @@ MAX_LATE_SHARE = 0.5  # of the interval, by which a row is late that follows the
 MIN_EVEN_SHARE = 0.9  # of the intervals that scatter less, gaps aside
 COUNTS_PER_TURN = (4.0, 1e5)  # of a shaft
 WHOLE_TOLERANCE = 0.005  # by which such a number is off a whole one: one in 30 is by chance, of three turns
-SHAPE_ROWS, MAX_SHAPE_WINDOWS, OVERLAP = 32, 2000, 2.0  # of windows with errors, and in how many of them a row is
+SHAPE_ROWS, MAX_SHAPE_WINDOWS, WINDOW_OVERLAP = (
+    32,
+    2000,
+    2.0,
+)  # of windows with errors, and in how many of them a row is
 MIN_ERROR_POWER = 0.05  # of the 1 or 2 that errors of rounding have there
 MIN_COUNTS_LEAD = 5.0  # nats, by which counts must be likelier than a rounded speed
 TURN_SIZES = (2.0 * math.pi, 360.0, 1.0)  # in rad, degrees and turns
@@ -103,7 +107,7 @@ def lead_of_counts(rounded: np.ndarray) -> float:
     if np.mean(power) < MIN_ERROR_POWER:  # what goes on evenly has no errors
         return 0.0
     lead = np.log(np.mean(power)) - np.log(np.mean(power / shape)) - np.mean(np.log(shape))
-    return float(lead) * power.size / OVERLAP
+    return float(lead) * power.size / WINDOW_OVERLAP
 
 
 def counted(speed: np.ndarray, t: np.ndarray, step: float) -> np.ndarray:

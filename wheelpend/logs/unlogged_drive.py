@@ -24,7 +24,7 @@ SPEED_PARTS, STEADY_PARTS = 10, 4  # into which a log is parted, and the last of
 MAX_STEADY_SPREAD = 0.08  # of their mean, that these differ from it: on its way down a swing reaches 0.096
 MAX_FIRST_SPEED = 0.5  # of it, of the first part of what sets out from rest
 MIN_PART_SAMPLES = 5
-CURE = (
+DRIVE_CURE = (
     "If a motor moves it, log what that is told (a voltage, a duty, a current, a torque) and map it as the input. If "
     "it was a hand, cut the log there and keep the parts in which the {machine} is free."
 )
@@ -38,7 +38,7 @@ def unlogged_drive(t: np.ndarray, places: Mapping[str, np.ndarray], machine: str
     t, seen = t[::every][known], seen[:, known]
     if len(t) < SPEED_PARTS * MIN_PART_SAMPLES or not np.ptp(seen, axis=1).all():
         return []
-    cure = CURE.format(machine=machine)
+    cure = DRIVE_CURE.format(machine=machine)
     if at := _rest_between(t, seen):
         first, last = at
         sentence = (f"Nothing that drives the {machine} is logged, but it stands still from t = {t[first]:.4g} s to "
