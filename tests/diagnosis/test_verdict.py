@@ -186,11 +186,10 @@ def told_with_structures(nats, verdict="nothing_missing", after_another=False, b
     tried = SimpleNamespace(effect="link_scale", evidence=np.full(20, nats / 20), is_possible=True)
     rest = [SimpleNamespace(name=f"other_{k}") for k in range(12)]
     problem = SimpleNamespace(replaced=lambda name: (), candidates=lambda: [SimpleNamespace(name="link_scale"), *rest])
-    searched = SimpleNamespace(refitted=(tried,), named=(), problem=problem, p_value_of_rest=1.0)
+    searched = SimpleNamespace(refitted=(tried,), named=(), problem=problem, p_value_of_rest=1.0, replaces={})
     other = SimpleNamespace(effect="other_0", evidence=np.full(20, 3.0), is_possible=True)
-    first = SimpleNamespace(
-        refitted=(other,), named=(other,), problem=SimpleNamespace(**vars(problem)), p_value_of_rest=1.0
-    )
+    own = SimpleNamespace(**vars(problem))
+    first = SimpleNamespace(refitted=(other,), named=(other,), problem=own, p_value_of_rest=1.0, replaces={})
     fields = {"verdict": verdict, "by_likelihood": by_likelihood, "named": (), "detectable": {"slope": {}},
               "warnings": (), "problem": problem}  # fmt: skip
     blank = make_dataclass("Blank", [*fields, "structures", "candidates", "is_doubtful"])(
@@ -201,6 +200,7 @@ def told_with_structures(nats, verdict="nothing_missing", after_another=False, b
         replaced=lambda name: ("other_0",) if name == "other_1" else (), candidates=problem.candidates
     )
     second = SimpleNamespace(refitted=(better,), named=(better,), problem=takes, p_value_of_rest=1.0)
+    second.replaces = {"other_1": ("other_0",)}
     found = with_structures(blank, [*([first] if after_another else []), *([second] if replacing else []), searched])
     return found.verdict, found.detectable
 
@@ -257,7 +257,7 @@ def test_an_effect_that_is_less_likely_than_nothing_is_named_with_a_warning(nats
     tried = SimpleNamespace(effect="link_scale", evidence=np.full(20, nats / 20), is_possible=True)
     rest = [SimpleNamespace(name=f"other_{k}") for k in range(12)]
     problem = SimpleNamespace(replaced=lambda name: (), candidates=lambda: [SimpleNamespace(name="link_scale"), *rest])
-    searched = SimpleNamespace(refitted=(tried,), named=(tried,), problem=problem, p_value_of_rest=rest_p)
+    searched = SimpleNamespace(refitted=(tried,), named=(tried,), problem=problem, p_value_of_rest=rest_p, replaces={})
     fields = {"verdict": "effect_missing", "by_likelihood": True, "named": (tried,), "warnings": ("a gap",)}
     blank = make_dataclass("Blank", [*fields, "structures", "candidates", "is_doubtful"])(
         *fields.values(), (), (), False
