@@ -34,6 +34,7 @@ def swing(amplitude, damping=0.1, friction=0.0, start=0.0):
 
 def test_a_joint_that_rests_between_two_motions_is_driven():
     way = to_a_place(0.0, 1.0, 1.0) + to_a_place(0.0, -0.6, 4.0)
+    assert not unlogged_drive(T, {}, "pendulum")
     holed = np.where(np.arange(T.size) % 7 == 3, np.nan, read(way))
     assert found(holed) and not found(np.full(T.size, np.nan)) and not found(np.zeros(T.size)) and not found(way[:20])
     (told,) = found(read(way), read(0.5 * way))

@@ -32,6 +32,8 @@ DRIVE_CURE = (
 
 def unlogged_drive(t: np.ndarray, places: Mapping[str, np.ndarray], machine: str) -> list[Finding]:
     """The finding that something moves a machine without inputs, whose places (N,) are read at times t (N,) [s]."""
+    if not places:
+        return []
     every = max(1, len(t) // EXCERPT_SAMPLES)
     seen = np.array([values[::every] for values in places.values()])
     known = np.isfinite(seen).all(axis=0)
