@@ -16,6 +16,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     most_telling_first,
     not_led,
     wald_p_value_of_ratio,
+    with_likelier_besides,
 )
 from wheelpend.diagnosis.negligible import instead_of_chance_sentences
 from wheelpend.estimation.data import prepare
@@ -355,3 +356,28 @@ def test_a_simple_law_is_certain_where_one_that_has_it_in_it_is_and_it_clearly_l
         simple._replace(less_force=0.0, less_on_row=0.0),
     ):
         assert found(other) == []
+
+
+def test_what_is_likelier_but_not_certain_is_told_beside_what_is_certain():
+    """On a motor that runs one way a dead zone and dry friction are one force, and chance decides which is certain."""
+    dead_zone = rival("voltage_dead_zone", 60.0, 5.0 * BLOCKS, 10.0 * BLOCKS)
+    dead_zone = dead_zone._replace(candidate=replace(dead_zone.candidate, equivalent_to=("voltage_offset",)))
+    friction = rival("coulomb_drive", 130.0, 6.0 * BLOCKS, 10.0 * BLOCKS)
+    uncertain = replace(friction.candidate, p_value=0.002, p_discovery=0.02, p_confirmation=0.06)
+    friction = friction._replace(candidate=uncertain, less_force=0.2, less_on_row=0.2)
+
+    def beside(other):
+        return with_likelier_besides([dead_zone], [dead_zone, other], 1.0)[0].candidate.equivalent_to
+
+    assert beside(friction) == ("coulomb_drive", "voltage_offset")
+    told_of_none = friction._replace(candidate=replace(uncertain, p_value=0.06))
+    wider = friction._replace(candidate=replace(uncertain, effect="stribeck_drive"))
+    impossible = friction._replace(candidate=replace(uncertain, physical=False))
+    for other in (
+        told_of_none,
+        wider,
+        impossible,
+        friction._replace(in_sample=50.0, gains=dead_zone.gains),
+        friction._replace(less_force=0.0, less_on_row=0.0),
+    ):
+        assert beside(other) == ("voltage_offset",)

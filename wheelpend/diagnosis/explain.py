@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -176,13 +176,7 @@ def explain(
 
 def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: float | None) -> Ladder:
     """The ladder of some rounds, with the first and the last diagnosis as they are concluded."""
-    steps = tuple(
-        replace(
-            step_between(before, after),
-            probability=probability_of(and_what_replaced(before.named[0].effect, rounds), last.structures),
-        )
-        for before, after in pairwise([*rounds[:-1], last])
-    )
+    steps = tuple(_steps(rounds, last))
     problem = last.problem
     unclear = [] if last.verdict == "unexplained" else rounds[1:-1]  # no experiment helps where a rest is unexplained
     return Ladder(
@@ -208,6 +202,16 @@ def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: fl
         fit=last.fit,
         problem=problem,
     )
+
+
+def _steps(rounds: Rounds, last: Diagnosis) -> Iterator[Step]:
+    """The steps between rounds, the last of them as it is concluded; none that data do not tell from another step."""
+    named = {r.named[0].effect for r in rounds[:-1]}
+    for before, after in pairwise([*rounds[:-1], last]):
+        step = step_between(before, after)
+        probability = probability_of(and_what_replaced(step.effect, rounds), last.structures)
+        others = tuple(e for e in step.equivalent_to if e not in named)
+        yield replace(step, probability=probability, equivalent_to=others)
 
 
 def step_between(before: Diagnosis, after: Diagnosis) -> Step:

@@ -192,7 +192,11 @@ class Judged(NamedTuple):
         Or where there is more evidence for it, with no more parameters: that effect leads over the horizon, say, and
         data of the fit speak for this one.
         """
-        return self.is_like(first) or (self.evidence > first.evidence and self.size <= first.size)
+        return self.is_like(first) or self.is_likelier_than(first)
+
+    def is_likelier_than(self, other: Judged) -> bool:
+        """True where there is more evidence for it than for another effect, with no more parameters."""
+        return self.evidence > other.evidence + MIN_TOLD_GAIN and self.size <= other.size
 
     def clearly_leads(self, other: Judged) -> bool:
         """True where data are clearly likelier than with another effect, those of the fit or those held out, or these
@@ -478,6 +482,20 @@ def certain_within(judged: Sequence[Judged], supported: Sequence[Judged], error_
     ]
 
 
+def with_likelier_besides(named: Sequence[Judged], judged: Sequence[Judged], error_before: float) -> list[Judged]:
+    """Named effects, each with those that data do not tell from it, such as are likelier though not certain among them.
+
+    Of no more parameters, with more evidence, lowering the error or the force, and seen by all data at 5 %: what is
+    certain of the named one then is that it or one of these is missing.
+    """
+    uncertain = [
+        j
+        for j in _likely_besides(named, judged)
+        if j.candidate.p_value < CONFIRMATION_LEVEL and not j.is_certain and j.improves(error_before)
+    ]
+    return [_with_equivalents(j, [o for o in uncertain if o.is_likelier_than(j)]) for j in named]
+
+
 def _likely_besides(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:
     """Possible effects that data are likelier with, but for those that are supported."""
     names = {j.candidate.effect for j in supported}
@@ -502,5 +520,6 @@ def simpler_than(one: Judged) -> tuple[str, ...]:
 
 
 def _with_equivalents(one: Judged, others: Sequence[Judged]) -> Judged:
-    names = tuple(sorted(o.candidate.effect for o in others))
+    """An effect with the names of others beside those that data are known not to tell from it."""
+    names = tuple(sorted({*one.candidate.equivalent_to, *(o.candidate.effect for o in others)}))
     return one._replace(candidate=replace(one.candidate, equivalent_to=names))

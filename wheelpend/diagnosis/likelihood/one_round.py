@@ -18,6 +18,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     most_telling_first,
     not_led,
     simpler_than,
+    with_likelier_besides,
     with_weight,
 )
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
@@ -79,7 +80,8 @@ def one_round(
     named = not_led(able, judged)
     stand_ins = _effects_of(able) - _effects_of(named)
     worth = _effects_of(j for j in judged if j.improves(base.validated.error)) - stand_ins
-    one = _round_of_supported(base, most_telling_first(named), (), judged, worth, added, progress)
+    telling = with_likelier_besides(most_telling_first(named), judged, base.validated.error)
+    one = _round_of_supported(base, telling, (), judged, worth, added, progress)
     if one:
         return one
     pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
