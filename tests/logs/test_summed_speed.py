@@ -8,7 +8,7 @@ from wheelpend.identification.identify import identify
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.noise import sensor_noise
 from wheelpend.logs.read import load_log, signals_of_file
-from wheelpend.logs.summed_speed import counts_per_turn, lead_of_counts, summed_over_time
+from wheelpend.logs.summed_speed import lead_of_counts, speed_of_count, summed_over_time
 from wheelpend.model.settings import Setting, with_settings
 
 SLIDE, ROBOT = Model.parse('plant = "slide"\neffects = ["viscous_drive"]\n'), Model.default()
@@ -45,7 +45,7 @@ COUNTED_RPM = np.diff(COUNTS, prepend=COUNTS[0]) / 1024 * 60.0 / 0.01
 @pytest.mark.parametrize("digits", [12, 3])
 def test_a_speed_of_counts_per_row_sums_to_what_the_encoder_read(digits):
     rpm = np.round(COUNTED_RPM, digits)
-    assert counts_per_turn(rpm * np.pi / 30.0, T) == 1024
+    assert speed_of_count(rpm * np.pi / 30.0, T) == pytest.approx(2.0 * np.pi / 1024 / 0.01, rel=1e-4)
     way = load_log({"t": T, "v_in": VOLTS, "n": rpm}, {"x": ColumnMap("n", "m/s", scale=np.pi / 30.0)}, SLIDE.table)
     late = np.abs(way.measured[:, 0] - COUNTS * 2.0 * np.pi / 1024).max()
     assert late < 0.002, "half an interval is 0.015 of the way"
@@ -54,7 +54,7 @@ def test_a_speed_of_counts_per_row_sums_to_what_the_encoder_read(digits):
 def test_two_decimals_are_enough_for_a_speed_of_many_counts():
     counts = np.round(1320 / (2.0 * np.pi) * 20.0 * WAY)
     rpm = np.round(np.diff(counts, prepend=counts[0]) / 1320 * 60.0 / 0.01, 2)
-    assert counts_per_turn(rpm * np.pi / 30.0, T) == 1320
+    assert speed_of_count(rpm * np.pi / 30.0, T) == pytest.approx(2.0 * np.pi / 1320 / 0.01, rel=1e-4)
     way = summed_over_time(rpm * np.pi / 30.0, T) * 1320 / (2.0 * np.pi)
     assert np.abs(way - counts).max() < 0.1, "its digits do not add up"
 
@@ -62,7 +62,7 @@ def test_two_decimals_are_enough_for_a_speed_of_many_counts():
 def test_counts_behind_a_gear_of_which_no_whole_number_makes_a_turn_are_told_by_their_errors():
     counts = np.floor(937.2 / (2.0 * np.pi) * 6.0 * WAY[:500])  # 44 at the motor, behind 21.3 to 1
     rpm = np.round(np.diff(counts, prepend=counts[0]) / 937.2 * 60.0 / 0.01, 2)
-    assert counts_per_turn(rpm * np.pi / 30.0, T[:500]) == 0
+    assert speed_of_count(rpm * np.pi / 30.0, T[:500]) == pytest.approx(2.0 * np.pi / 937.2 / 0.01, rel=1e-4)
     way = summed_over_time(rpm * np.pi / 30.0, T[:500]) * 937.2 / (2.0 * np.pi)
     assert np.abs(way - (counts - counts[0])).max() < 0.1
     between = np.gradient(counts) / 937.2 * 2.0 * np.pi / 0.01  # from the row before to the one behind
@@ -110,15 +110,15 @@ def test_cells_that_are_empty_cost_no_other_reading():
     ],
 )
 def test_digits_and_other_steps_are_no_counts(speed, unit):
-    assert counts_per_turn(speed * unit, T) == 0
+    assert speed_of_count(speed * unit, T) == 0.0
 
 
 def test_counts_between_rows_at_uneven_times_are_no_steps_of_a_speed():
     t = T + 0.003 * np.sin(np.arange(len(T)))
-    assert counts_per_turn(COUNTED_RPM * np.pi / 30.0, t) == 0
+    assert speed_of_count(COUNTED_RPM * np.pi / 30.0, t) == 0.0
     gap = T + 0.3 * (T > 5.0)
-    assert counts_per_turn(COUNTED_RPM * np.pi / 30.0, gap) == 1024
-    assert counts_per_turn(COUNTED_RPM * np.pi / 30.0, np.zeros(len(T))) == 0
+    assert speed_of_count(COUNTED_RPM * np.pi / 30.0, gap) == pytest.approx(2.0 * np.pi / 1024 / 0.01, rel=1e-4)
+    assert speed_of_count(COUNTED_RPM * np.pi / 30.0, np.zeros(len(T))) == 0.0
 
 
 def test_it_neither_wraps_nor_starts_again():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import combinations, permutations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -98,6 +99,13 @@ def copies_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
     return found
 
 
+class LowPass(NamedTuple):
+    """A digital low-pass filter of first order."""
+
+    share: float  # of its value before that it keeps
+    off: float  # the furthest that a signal is from it
+
+
 def filtered_among(values: Mapping[str, np.ndarray]) -> dict[str, str]:
     """Columns (N,) that are another one behind a digital low-pass filter of first order, with a sentence on it.
 
@@ -122,20 +130,19 @@ def _kept_share(raw: np.ndarray, filtered: np.ndarray) -> float:
     """
     most = int(np.argmax(np.abs(filtered - raw)))
     near = slice(max(most - MAX_COMPARED_SAMPLES // 2, 0), most + MAX_COMPARED_SAMPLES // 2)
-    share, off = _filter_between(raw[near], filtered[near])
-    if off is None:
+    if _filter_between(raw[near], filtered[near]) is None:
         return 0.0
-    share, off = _filter_between(raw, filtered)
-    return share if off is not None and off.max() <= find_quantum(raw) + find_quantum(filtered) else 0.0
+    found = _filter_between(raw, filtered)
+    return found.share if found and found.off <= find_quantum(raw) + find_quantum(filtered) else 0.0
 
 
-def _filter_between(raw: np.ndarray, filtered: np.ndarray) -> tuple[float, np.ndarray | None]:
-    """The same share by least squares, and how far off the filter is (N - 1,); None where that is no small part."""
+def _filter_between(raw: np.ndarray, filtered: np.ndarray) -> LowPass | None:
+    """The filter of first order between two signals (N,), by least squares; None where it explains no great part."""
     before, now = filtered[:-1] - raw[1:], filtered[1:] - raw[1:]
     share = float(before @ now / max(before @ before, 1e-300))
     off = np.abs(now - share * before)
     is_small = float(np.sqrt(np.mean(off**2))) < MAX_FILTER_DEVIATION * float(np.std(before))
-    return share, off if is_small and MIN_KEPT_SHARE < share < 1.0 - MIN_KEPT_SHARE else None
+    return LowPass(share, float(off.max())) if is_small and MIN_KEPT_SHARE < share < 1.0 - MIN_KEPT_SHARE else None
 
 
 def find_copies(log: Log, table: ColumnTable) -> list[Finding]:

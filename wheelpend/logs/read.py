@@ -33,7 +33,7 @@ from wheelpend.logs.noise import noise_of_moving
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.smoothed_input import smoothed_input
 from wheelpend.logs.sources import LogLike, table_in_memory
-from wheelpend.logs.summed_speed import way_and_counting
+from wheelpend.logs.summed_speed import way_and_count
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head, with_row_numbers
 from wheelpend.logs.units import UNIT_CONVERSIONS, unit_ending, words_of
 from wheelpend.logs.unwrap import make_continuous
@@ -171,7 +171,7 @@ def sum_speeds(
     noise = {}
     for name in (n for n, source in sources.items() if source.is_speed):
         speed = columns_by_name[name]
-        columns_by_name[name], counted = way_and_counting(speed, t)
+        columns_by_name[name], counted = way_and_count(speed, t)
         if not counted:
             noise[name] = noise_of_moving(speed)
     return noise

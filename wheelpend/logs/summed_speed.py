@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,40 +25,27 @@ MIN_COUNTS_LEAD = 5.0  # nats, by which counts must be likelier than a rounded s
 TURN_SIZES = (2.0 * math.pi, 360.0, 1.0)  # in rad, degrees and turns
 
 
-class Counting(NamedTuple):
-    """How an encoder's counts make a speed."""
-
-    per_turn: int  # 0 behind a gear, of which no whole number makes a turn
-    step: float  # of the speed: one count in the interval before each row
-
-
 def summed_over_time(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
     """The way (N,) since the first time (N,) [s] by a speed (N,), without spikes.
 
     Even from one known value to the next; of counts per row just these counts.
     """
-    return way_and_counting(speed, t)[0]
+    return way_and_count(speed, t)[0]
 
 
-def way_and_counting(speed: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, Counting | None]:
-    """The same, and how the speed was counted; None of one that was not."""
+def way_and_count(speed: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, float]:
+    """The same, and the speed that one count is; 0 of one that was not counted."""
     speed = without_spikes(speed)
     known = np.isfinite(speed)
     if not known.any():
-        return speed, None
-    whole, found = np.interp(t, t[known], speed[known]), counting(speed, t)
-    steps = counted(whole, t, found.step) if found else 0.5 * (whole[1:] + whole[:-1]) * np.diff(t)
-    return np.where(known, np.concatenate([np.zeros(1), np.cumsum(steps)]), np.nan), found
+        return speed, 0.0
+    whole, count = np.interp(t, t[known], speed[known]), speed_of_count(speed, t)
+    steps = counted(whole, t, count) if count else 0.5 * (whole[1:] + whole[:-1]) * np.diff(t)
+    return np.where(known, np.concatenate([np.zeros(1), np.cumsum(steps)]), np.nan), count
 
 
-def counts_per_turn(speed: np.ndarray, t: np.ndarray) -> int:
-    """Counts per turn of an encoder whose counts in the interval before each row a speed (N,) is; 0 of others."""
-    found = counting(speed, t)
-    return found.per_turn if found else 0
-
-
-def counting(speed: np.ndarray, t: np.ndarray) -> Counting | None:
-    """How an encoder's counts in the interval before each row make a speed (N,); None of others.
+def speed_of_count(speed: np.ndarray, t: np.ndarray) -> float:
+    """The speed that one count in the interval before each row is, of an encoder that made a speed (N,); 0 of others.
 
     It is the mean since the row before: taken for the speed of that moment it would come half an interval late, which a
     delay would explain. Such a speed lies on a grid. Where the step of that times the interval is a whole part of a
@@ -71,7 +57,7 @@ def counting(speed: np.ndarray, t: np.ndarray) -> Counting | None:
     step = find_quantum(speed)
     even = np.abs(intervals - interval) < MAX_INTERVAL_SCATTER * interval
     if not (step and interval and np.mean(even) > MIN_EVEN_SHARE):
-        return None
+        return 0.0
     known = np.unique(speed[np.isfinite(speed)])  # the same counts have the same digits, and the same error
     counts = np.round(known / step)
     exact = float(known @ counts / (counts @ counts))  # its digits add up over all values
@@ -80,10 +66,10 @@ def counting(speed: np.ndarray, t: np.ndarray) -> Counting | None:
     sure = [
         n for n in possible if COUNTS_PER_TURN[0] <= n <= COUNTS_PER_TURN[1] and n * scatter < WHOLE_TOLERANCE * exact
     ]
-    whole = next((round(n) for n in sure if abs(n - round(n)) < WHOLE_TOLERANCE), 0)
-    if whole and not any(is_round(step / unit) for unit in SPEED_UNITS):
-        return Counting(whole, exact)
-    return Counting(0, exact) if lead_of_counts(np.round(speed / exact)) > MIN_COUNTS_LEAD else None
+    makes_a_turn = any(abs(n - round(n)) < WHOLE_TOLERANCE for n in sure)
+    if makes_a_turn and not any(is_round(step / unit) for unit in SPEED_UNITS):
+        return exact
+    return exact if lead_of_counts(np.round(speed / exact)) > MIN_COUNTS_LEAD else 0.0
 
 
 def lead_of_counts(rounded: np.ndarray) -> float:
