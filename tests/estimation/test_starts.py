@@ -6,7 +6,7 @@ import pytest
 from wheelpend import Model, load_log
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.nonnegative import nonnegative_least_squares
-from wheelpend.estimation.starts import start_candidates
+from wheelpend.estimation.starts import MAX_STEPS_PER_ROW, best_start, start_candidates
 from wheelpend.kernels.load import model_module
 
 
@@ -28,3 +28,20 @@ def test_a_start_comes_from_the_first_log_that_is_long_enough_for_one():
     logs = [load_log({"t": t[:n], "v_in": volts[:n], "x": place[:n]}, table=model.table) for n in (1000, 45)]
     by_order = [start_candidates(prepare(model, both, lean=True)) for both in (logs, logs[::-1])]
     assert by_order[0] and by_order[0] == by_order[1]
+
+
+def test_rows_too_far_apart_to_show_an_inertia_cost_no_more_steps_than_a_hundred_each():
+    """A motor of half a millisecond: at 100 rows a second every one is resolved, at 20 none would show it."""
+    model = Model.parse('plant = "shaft"\n')
+    for interval, steps in ((0.01, 80), (0.05, MAX_STEPS_PER_ROW)):
+        t = interval * np.arange(400)
+        volts = 2.0 + np.sin(0.7 * t) + np.sin(2.3 * t)
+        angle, speed, found = 0.0, volts[0] / 0.05, []
+        for v in volts:  # exact under a held voltage
+            found.append(angle)
+            target, decay = v / 0.05, np.exp(-interval / 0.0005)
+            angle += target * interval + (speed - target) * 0.0005 * (1.0 - decay)
+            speed = target + (speed - target) * decay
+        log = load_log({"t": t, "v_in": volts, "theta_m": np.array(found)}, table=model.table)
+        problem, _ = best_start(prepare(model, [log], lean=True))
+        assert interval / problem.max_step == pytest.approx(steps, rel=0.05)

@@ -136,6 +136,47 @@ def test_a_row_of_units_converts_what_is_in_other_units(tmp_path):
     assert_same(log, (*remarks, "dtheta_p is in 'foo' by the file's row of units; it is read as rad/s."))
 
 
+def test_names_and_units_in_comments_above_a_matrix_are_read(tmp_path):
+    scaled = values() * [1e3, 1, 1, 180 / np.pi, 1]
+    rows = [",".join(f"{v:.12g}" for v in row) + ";" for row in scaled]
+    above = ["%Bench 3", "%Date:,02/04/2021", "", "%" + ",".join(NAMES), "%[ms],[V],[rad],[deg],[rad/s]"]
+    log = read(tmp_path, "\n".join([*above, *rows]))
+    remarks = [f"{c} is in {u} by the file's row of units, and is converted to {o}."
+               for c, u, o in (("t", "ms", "s"), ("theta_p", "deg", "rad"))]  # fmt: skip
+    assert_same(log, tuple(remarks))
+
+
+@pytest.mark.parametrize(("separator", "end"), [(",", ";"), (" ", ";"), ("\t", " ; "), (",", ";\r")])
+@pytest.mark.parametrize("header", [";", ""])
+def test_a_semicolon_behind_every_row_is_none_of_its_cells(tmp_path, separator, end, header):
+    lines = text(separator).splitlines()
+    assert_same(read(tmp_path, "\n".join([lines[0] + header, *(line + end for line in lines[1:])])))
+
+
+def test_semicolons_between_the_cells_are_no_end_of_a_row(tmp_path):
+    lines = text(";").splitlines()
+    log = read(tmp_path, "\n".join([lines[0] + ";more", *(line + ";" for line in lines[1:])]))
+    np.testing.assert_allclose(log.measured[:, -1], values()[:, -1], rtol=1e-8)
+    assert csv_layout(tmp_path / "log.csv").row_end == ""
+
+
+def test_a_large_file_with_semicolons_behind_its_rows_is_refused_with_the_command_that_removes_them(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("wheelpend.logs.polars_files.MAX_RECODED_BYTES", 100)
+    with pytest.raises(Failure, match=r"a ; does. Remove it: sed 's/;\\s\*\$//' log\.csv"):
+        read(tmp_path, text().replace("\n", ";\n"))
+
+
+def test_rows_in_which_nothing_stands_are_left_out_and_told(tmp_path):
+    lines = text().splitlines()
+    lines[21:21] = ["nan,nan,nan,nan,nan", ",,,,"]
+    told = "2 rows in which nothing stands are left out, the first of them row 21."
+    assert_same(read(tmp_path, "\n".join(lines)), (told,))
+    with pytest.raises(Failure, match="every sample needs its time; row 21 of t has none"):
+        read(tmp_path, "\n".join([*lines[:21], "nan,1.5,nan,nan,nan", *lines[23:]]))
+
+
 @pytest.mark.parametrize(
     ("written", "unit"),
     [("degrees/second", "deg/s"), ("deg per sec", "deg/s"), ("Radians", "rad"), ("(milliseconds)", "ms"),

@@ -19,7 +19,7 @@ from wheelpend.estimation.prediction import segments_rms_error
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.profiled_starts import profiled_start_values
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import Simulator
+from wheelpend.estimation.shooting import DEFAULT_MAX_STEP_S, Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels.load import model_module
@@ -32,6 +32,7 @@ TIME_CONSTANT_RATIO = 1.3  # of the second filter's to the first's
 MAX_START_SEGMENTS = 40  # short segments of a log on which starts are compared
 START_SEGMENTS_PER_HORIZON = 5  # which are so much shorter than the horizon
 START_FIT_ROUNDS, START_STATE_ROUNDS = 8, 3  # of a fit to them, and of one of the initial states alone
+MAX_STEPS_PER_ROW = 100  # of a simulation that a fit makes
 MAX_FITTED_STARTS = 3  # of the candidates, those with the least cost before any fit
 
 
@@ -135,8 +136,13 @@ def _short_fit(
 
 
 def _step_at(problem: EstimationProblem, values: Mapping[str, float]) -> float:
-    """Integration step [s] that resolves the machine's fastest motion at some values."""
-    return stable_step(problem.module, values, problem.logs[0])
+    """Integration step [s] that resolves the machine's fastest motion at some values, as far as rows can show it.
+
+    An inertia that is too small for them to show would else cost thousands of steps for each. What moves inside is
+    given a step of its own.
+    """
+    log = problem.logs[0]
+    return max(stable_step(problem.module, values, log), min(log.dt / MAX_STEPS_PER_ROW, DEFAULT_MAX_STEP_S))
 
 
 def _start_error(problem: EstimationProblem, segments: Segments, values: Mapping[str, float]) -> float:

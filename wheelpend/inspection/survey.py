@@ -44,7 +44,7 @@ from wheelpend.logs.columns import ROW_NUMBER, ColumnMap
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.log import gapless_ranges
 from wheelpend.logs.noise import find_quantum
-from wheelpend.logs.read import clock_rank, open_file
+from wheelpend.logs.read import clock_rank, open_file, without_empty_rows
 from wheelpend.logs.summed_speed import summed_over_time
 from wheelpend.logs.tables import check_length, scalars_of
 from wheelpend.logs.units import speed_unit, words_of
@@ -147,6 +147,7 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     if not values:
         raise Failure(f"{path.name}: a log must have columns of numbers; it has none. It needs a header row and "
                       "one row per sample.")  # fmt: skip
+    values, _ = without_empty_rows(values)
     check_length(path.name, len(next(iter(values.values()))))
     broken, texts = unread_columns(file, list(values))
     stamps = None if interval else own_clock(path, file, values)

@@ -16,6 +16,7 @@ NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without
 MISSING_CELLS = ("", "nan", "NaN", "NAN", "NA", "N/A", "#N/A", "null", "NULL", "None", "-nan", "-", "--", "?")
 SNIFFED_BYTES, SNIFFED_LINES = 65_536, 200  # bytes of a file, and lines of its table in them, that tell its layout
 COMMENT_PREFIXES = ("#", "%", "//")
+ROW_END, MAX_TITLES = ";", 2  # behind the rows of a matrix, and how many lines above them may lack it
 WHITESPACE = " "  # any number of spaces and tabs between two cells
 SEPARATORS = (";", "\t", ",", WHITESPACE)  # the first of those that fit equally well
 DECIMAL_COMMA_PATTERN = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
@@ -36,6 +37,7 @@ class CsvLayout(NamedTuple):
     decimal_comma: bool = False
     comment: str = ""  # what comment lines begin with
     skipped: int = 1  # lines before the first row
+    row_end: str = ""  # what stands behind the last cell of every row, as in a matrix of MATLAB
     encoding: str = "utf-8"
 
     @property
@@ -69,19 +71,20 @@ def csv_layout(path: Path) -> CsvLayout:
     lines = head_lines(head, encoding)
     comment = next((p for p in COMMENT_PREFIXES if any(line.lstrip().startswith(p) for line in lines)), "")
     texts = [(k, line) for k, line in enumerate(lines) if line.strip() and not is_comment(line)][:SNIFFED_LINES]
+    row_end = find_row_end([line for _, line in texts])
+    texts = [(k, line.rstrip().removesuffix(row_end)) for k, line in texts] if row_end else texts
     separator = find_separator([line for _, line in texts])
     table = [Line(k, split_cells(line, separator)) for k, line in texts]
     titles, first = find_titles(table)
     rows = table[first : first + 1]
-    commented = [] if titles else header_in_comment(lines, rows, separator)
-    titles = titles or ([] if commented else otherwise_separated(texts[:first], rows))
-    header = titles[0].cells if titles else commented
+    titles = titles or header_in_comment(lines, rows, separator) or otherwise_separated(texts[:first], rows)
+    header = titles[0].cells if titles else []
     width = len(table[first].cells) if first < len(table) else 0
     names = [name or f"{NAMELESS_PREFIX}{k}" for k, name in enumerate(header or [""] * width, 1)]
     units = dict(zip(names, map(plain_unit, titles[1].cells), strict=False)) if len(titles) > 1 else {}
     commas = any(DECIMAL_COMMA_PATTERN.fullmatch(c) for line in table[first:] for c in line.cells)
     skipped = table[first].number if first < len(table) else len(lines)
-    return CsvLayout(check_unique(path.name, names), units, separator, commas, comment, skipped, encoding)
+    return CsvLayout(check_unique(path.name, names), units, separator, commas, comment, skipped, row_end, encoding)
 
 
 def find_encoding(head: bytes) -> str:
@@ -145,6 +148,13 @@ def find_separator(lines: Sequence[str]) -> str:
     if scores:
         return max(scores, key=lambda s: scores[s])
     return max(",;\t", key=lines[0].count) if lines else ","
+
+
+def find_row_end(lines: Sequence[str]) -> str:
+    """A semicolon, where every row of numbers ends with one and none has another; else nothing."""
+    ending = [line.rstrip().endswith(ROW_END) for line in lines]
+    alone = all(line.count(ROW_END) == 1 for line, ends in zip(lines, ending, strict=True) if ends)
+    return ROW_END if alone and sum(ending) >= max(len(lines) - MAX_TITLES, 1) and ending[-1] else ""
 
 
 def usual_width(table: Sequence[Line]) -> int:
@@ -218,21 +228,24 @@ def is_row(line: Line) -> bool:
     return line.numbers > 0 and 2 * line.texts <= len(line.cells)
 
 
-def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator: str) -> list[str]:
+def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator: str) -> list[Line]:
     """Names in a comment above the first row: in the last, as numpy.savetxt writes them, or in one "Columns: t x y".
 
-    None where they do not fit the row.
+    The last may be a row of units instead, under that of the names. None where they do not fit the row.
     """
     above = [line.strip() for line in lines[: first_row[0].number] if is_comment(line)] if first_row else []
     if not above:
         return []
     width = len(first_row[0].cells)
-    found = Line(0, split_cells(comment_text(above[-1], separator), separator))
-    if len(found.cells) == width and is_title(found, 1):
-        return found.cells
+    last = [Line(0, split_cells(comment_text(line, separator), separator)) for line in above[-2:]]
+    fitting = [len(line.cells) == width and is_title(line, 1) for line in last]
+    if all(fitting) and len(last) > 1 and is_row_of_units(last[1].cells):
+        return last
+    if fitting[-1]:
+        return last[-1:]
     labelled = (m["names"] for line in reversed(above) if (m := LABELLED_NAMES.fullmatch(comment_text(line, ""))))
     written = (split_cells(names, s) for names in labelled for s in SEPARATORS)
-    return next((cells for cells in written if len(cells) == width and are_names(cells)), [])
+    return next(([Line(0, cells)] for cells in written if len(cells) == width and are_names(cells)), [])
 
 
 def are_names(cells: Sequence[str]) -> bool:

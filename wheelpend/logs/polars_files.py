@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -34,7 +35,7 @@ STAMP_PATTERN = (  # date, hours, minutes, seconds, half of the day; the zone is
 )
 MAX_BAD_SHARE = 0.1  # of a column's cells, that are no numbers where it is a column of numbers
 DAY_S = 86_400.0
-MAX_RECODED_BYTES = 300_000_000  # bytes of UTF-16 that are held a second time, as UTF-8, to be read
+MAX_RECODED_BYTES = 300_000_000  # bytes that are held a second time to be read: as UTF-8, without what ends rows
 
 
 def csv_columns(path: Path, layout: CsvLayout, wanted: list[str]) -> dict[str, np.ndarray]:
@@ -148,14 +149,22 @@ def common_options(layout: CsvLayout) -> dict[str, Any]:
 
 def text_source(path: Path, layout: CsvLayout) -> Path | io.BytesIO:
     """The file itself where Polars can read it, else its text as UTF-8; raises Failure where that is too large."""
-    if layout.encoding == "utf-8":
+    if layout.encoding == "utf-8" and not layout.row_end:
         return path
     if path.stat().st_size > MAX_RECODED_BYTES:
-        raise Failure(
-            f"{path.name} must be UTF-8 text to be read at this size, but it is UTF-16. "
-            f"Convert it: iconv -f UTF-16 -t UTF-8 {path.name} > utf8.csv"
-        )
-    return io.BytesIO(path.read_bytes().decode(layout.encoding, errors="replace").encode())
+        raise Failure(f"{path.name} is too large to be read as it is: {recoding_cure(path.name, layout)}")
+    text = path.read_bytes().decode(layout.encoding, errors="replace")
+    if layout.row_end:
+        text = re.sub(rf"{re.escape(layout.row_end)}[ \t\r]*$", "", text, flags=re.MULTILINE)
+    return io.BytesIO(text.encode())
+
+
+def recoding_cure(name: str, layout: CsvLayout) -> str:
+    """What to do with a file that Polars cannot read as it is."""
+    if layout.encoding != "utf-8":
+        return f"it must be UTF-8 text, but is UTF-16. Convert it: iconv -f UTF-16 -t UTF-8 {name} > utf8.csv"
+    end = layout.row_end
+    return f"nothing may stand behind its rows, but a {end} does. Remove it: sed 's/{end}\\s*$//' {name} > rows.csv"
 
 
 def without_trailing_blank_rows(table: pl.DataFrame) -> pl.DataFrame:

@@ -11,6 +11,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -76,7 +77,8 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     """The log of a file's columns, or of columns in memory; raises Failure when they cannot be used."""
     file = numbered(file, columns)
     sources, notes = find_sources(log_name, file.names, table, columns, file.units, file.kind)
-    raw_t, columns_by_name = read_scaled_columns(log_name, file, sources, table)
+    raw_t, columns_by_name, empty = read_scaled_columns(log_name, file, sources, table)
+    notes += empty_row_notes(empty)
     t = elapsed_seconds(raw_t, sources)
     for name in table.required[1:]:
         check_values(log_name, name, columns_by_name[name])
@@ -108,7 +110,7 @@ def signals_of_file(
     """
     file = numbered(open_file(path), columns)
     sources, _ = find_sources(path.name, file.names, table, columns, file.units, file.kind)
-    raw_t, signals = read_scaled_columns(path.name, file, sources, table)
+    raw_t, signals, _ = read_scaled_columns(path.name, file, sources, table)
     t = elapsed_seconds(raw_t, sources)
     sum_speeds(signals, t, sources)
     unwrap_positions(signals, raw_t, table, sources)
@@ -123,10 +125,18 @@ def numbered(file: Table, columns: Mapping[str, ColumnMap]) -> Table:
     return with_row_numbers(file) if "t" in columns and columns["t"].column == ROW_NUMBER else file
 
 
+class ScaledColumns(NamedTuple):
+    """What a file says, as it is stated."""
+
+    raw_t: np.ndarray  # (N,) times in the file's unit
+    by_name: dict[str, np.ndarray]  # (N,) of the other columns, in the plant's units and signs, by our names
+    empty: np.ndarray  # rows, from 0, in which nothing stands, and which are left out
+
+
 def read_scaled_columns(
     log: str, file: Table, sources: Mapping[str, ColumnSource], table: ColumnTable
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Times (N,) in the file's unit, and the other columns (N,) in the plant's units and signs, by our names.
+) -> ScaledColumns:
+    """The columns that a log is made of, in the plant's units; rows in which nothing stands are left out.
 
     Raises Failure when the log is too short or its times do not grow.
     """
@@ -134,6 +144,7 @@ def read_scaled_columns(
     wanted = sorted({*factors, *(s.column for s in sources.values())}, key=file.names.index)
     zero_order_hold = [*factors, *(sources[n].column for n in (*table.inputs, table.reference) if n in sources)]
     numbers = file.read_on_one_clock(wanted, zero_order_hold) if file.read_on_one_clock else file.read(wanted)
+    numbers, empty = without_empty_rows(numbers)
     check_length(log, len(next(iter(numbers.values()))))
     raw_t = numbers[sources["t"].column]
     check_time(log, raw_t)
@@ -144,7 +155,23 @@ def read_scaled_columns(
         if source.times:
             scaled[name] = scaled[name] * held_factor(log, source.times, numbers[source.times])
     del scaled["t"]
-    return raw_t, scaled
+    return ScaledColumns(raw_t, scaled, empty)
+
+
+def without_empty_rows(columns: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Columns (N,) without the rows in which nothing stands, and which rows these were, from 0."""
+    empty = np.logical_and.reduce([np.isnan(values) for values in columns.values()])
+    if not empty.any() or empty.all():
+        return columns, np.zeros(0, dtype=np.int64)
+    return {name: values[~empty] for name, values in columns.items()}, np.flatnonzero(empty)
+
+
+def empty_row_notes(empty: np.ndarray) -> list[str]:
+    """The sentence that rows were left out in which nothing stood, if there were any."""
+    if not len(empty):
+        return []
+    rows = "1 row in which nothing stands is" if len(empty) == 1 else f"{len(empty)} rows in which nothing stands are"
+    return [f"{rows} left out, the first of them row {empty[0] + 1}."]
 
 
 def held_factor(log: str, column: str, values: np.ndarray) -> np.ndarray:
