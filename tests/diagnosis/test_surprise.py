@@ -1,5 +1,7 @@
 """What is held out and further off than the model says is missing something, however much chance the fit leaves."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -8,7 +10,8 @@ from tests.raw_logs import way_of
 from wheelpend import Model, diagnose, load_log
 from wheelpend.diagnosis.likelihood.held_out import Prediction
 from wheelpend.diagnosis.likelihood.one_round import MAX_SURPRISE, surprise_sentences
-from wheelpend.diagnosis.structures import Structure, is_nothing_improbable
+from wheelpend.diagnosis.structures import Structure, is_nothing_improbable, probability_of_none
+from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.data import prepare
 from wheelpend.reports.text.verdict import SURPRISE_SENTENCE, verdict_text
 
@@ -20,6 +23,20 @@ def test_surprise_is_how_far_off_the_middle_block_is_and_1_of_a_right_model():
     assert Prediction([*blocks, nothing], [], []).surprise == pytest.approx(1.0, abs=0.1)
     assert Prediction([3.0 * b for b in blocks], [], []).surprise == pytest.approx(9.0, rel=0.1)
     assert Prediction([nothing], [], []).surprise == 0.0
+
+
+def test_the_probabilities_know_of_what_is_held_out_and_further_off_than_the_model_says():
+    random = np.random.default_rng(2)
+    blocks = [s * random.standard_normal((100, 1)) for s in (1.7, 1.9, 1.8, 2.0, 1.8)]
+    off, right = (
+        Prediction(blocks, [], []),
+        Prediction([b / s for b, s in zip(blocks, (1.7, 1.9, 1.8, 2.0, 1.8), strict=True)], [], []),
+    )
+    assert off.p_value_of_surprise < 1e-3 and 0.01 < right.p_value_of_surprise < 0.99
+    left = SimpleNamespace(what_repeats=(), repeating=(SimpleNamespace(p_value=1.0),), slow=())
+    found = SimpleNamespace(named=(), p_rest=off.p_value_of_surprise, remainder=left, by_likelihood=True)
+    assert Diagnosis.p_value_of_rest.fget(found) == off.p_value_of_surprise, "no function of two signals predicts it"
+    assert probability_of_none(off.p_value_of_surprise) > 0.9 > 0.4 > probability_of_none(right.p_value_of_surprise)
 
 
 def test_it_is_said_from_twice_the_variance_on():

@@ -72,7 +72,7 @@ class Diagnosis(DrawnResult):
     repeats: tuple[ExplainedForce, ...] = ()  # of what is unexplained: on what it depends, and how much of it repeats
     law: FreeLaw | None = None  # for what is unexplained, on request
     remainder: Remainder | None = None  # what the model leaves to chance with its own parameters refitted
-    p_rest: float = field(repr=False, default=1.0)  # p-value of validation residuals being no more than noise
+    p_rest: float = field(repr=False, default=1.0)  # p-value of what is held out being no more than the model expects
     structures: tuple[Structure, ...] = ()  # what may be missing, the likeliest first, once every round is known
     is_doubtful: bool = False  # True where it is likelier that one more effect is missing than that none is
     steps: tuple[str, ...] = ()  # effects that were added in turn while the search looked for the rest
@@ -151,11 +151,9 @@ class Diagnosis(DrawnResult):
     @property
     def p_value_of_rest(self) -> float:
         """P-value of nothing more being there, with the first candidate where there is one."""
-        if self.remainder is not None:
-            left = self.remainder
-            if told := [found.p_value for found in (*left.what_repeats, *left.repeating, *left.slow)]:
-                return float(min(told))
-        return self.named[0].p_rest if self.named else self.p_rest
+        own, left = self.named[0].p_rest if self.named else self.p_rest, self.remainder
+        told = [] if left is None else [found.p_value for found in (*left.what_repeats, *left.repeating, *left.slow)]
+        return float(min([own, *told]) if self.by_likelihood else min(told, default=own))
 
     @property
     def leaves_unknown(self) -> bool:

@@ -55,8 +55,17 @@ class Prediction(NamedTuple):
 
         0 where nothing was read.
         """
-        squares = [float(np.nanmean(w**2)) for w in self.whitened if np.isfinite(w).any()]
-        return float(np.median(squares)) if squares else 0.0
+        return float(np.median(self.mean_squares)) if len(self.mean_squares) else 0.0
+
+    @property
+    def p_value_of_surprise(self) -> float:
+        """P-value of the innovations being no larger than the filter expects, by the scatter between blocks."""
+        return one_sided_p_value(self.mean_squares - 1.0)
+
+    @property
+    def mean_squares(self) -> np.ndarray:
+        """Of the innovations over what the filter expects, in blocks (blocks,) in which something was read."""
+        return np.array([np.nanmean(w**2) for w in self.whitened if np.isfinite(w).any()])
 
 
 def prediction(model: FilteredModel, fitted: Fit) -> Prediction:

@@ -283,7 +283,8 @@ def _diagnosis(
         left = remainder.what_repeats or is_mostly_chance(remainder) or surprised
         verdict = "unexplained" if left else "nothing_missing"
     found = replace(Diagnosis.of(problem, base.validated, verdict, [*named, *impossible]), remainder=remainder)
-    found = replace(found, warnings=(*found.warnings, *surprised))
+    if surprised:
+        found = replace(found, warnings=(*found.warnings, *surprised), p_rest=base.predicted.p_value_of_surprise)
     if verdict == "nothing_missing" and found.leaves_unknown:
         found = replace(found, verdict="unexplained")
     return replace(
