@@ -113,7 +113,10 @@ def test_a_speed_that_is_taken_for_a_place_is_told_and_no_command_is_blamed(held
     assert [f.kind for f in found] == ["rectified"]
 
 
-def test_an_output_that_follows_its_command_as_slowly_as_a_heavy_wheel_is_a_speed_and_a_way_is_none(tmp_path):
+@pytest.mark.parametrize(("told", "read"), [("u", "y"), ("pwm", "m1"), ("duty", "wheel_l")])
+def test_an_output_that_follows_its_command_as_slowly_as_a_heavy_wheel_is_a_speed_and_a_way_is_none(
+    told, read, tmp_path
+):
     rng = np.random.default_rng(3)
     t = np.arange(0.0, 9.0, 0.02)
     command = np.repeat(rng.choice([0.35, 0.44], 60), 8)[: t.size]
@@ -126,5 +129,7 @@ def test_an_output_that_follows_its_command_as_slowly_as_a_heavy_wheel_is_a_spee
     for values, is_speed in ((speed, True), (np.cumsum(speed - speed.mean()) * 0.02, False), (servo, False)):
         path = tmp_path / "log.csv"
         rows = np.column_stack([t, command, values])
-        np.savetxt(path, rows, delimiter=",", header="t,u,y", comments="")
-        assert (survey_file(path).speed == "y") == is_speed
+        np.savetxt(path, rows, delimiter=",", header=f"t,{told},{read}", comments="")
+        found = survey_file(path)
+        assert (found.speed == read) == is_speed
+        assert (f"{read}, summed" in map(found.title, (c.name for c in found.columns))) == is_speed

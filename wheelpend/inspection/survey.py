@@ -11,6 +11,7 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
+    NUMBER_OR_SIDE,
     REFERENCE_NAMES,
     are_body_and_wheel,
     contains,
@@ -52,6 +53,7 @@ from wheelpend.logs.unwrap import whole_turn
 
 USUAL_INTERVAL_S = 1e-3  # from row to row, of a file that says nothing of its times
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
+MOTOR_WORDS = ("m", "mot", "motor", "wheel")
 OUTPUT_NAMES = ("y", "yk", "y_k", "y(k)", "out", "output", "response", "measured", "measurement")
 SUMMED_PLACE = "place"  # what a speed comes to that is summed over time
 
@@ -128,6 +130,10 @@ class Survey(NamedTuple):
         """The same, where it has these channels: one that is read too seldom is in no stretch."""
         found = self.longest
         return found if found is not None and all(p in found.channels for p in places) else None
+
+    def title(self, name: str) -> str:
+        """What a column is called; the place that a speed was summed to is called after that speed."""
+        return f"{self.speed}, summed" if self.speed and name == SUMMED_PLACE else name
 
     def base_of(self, name: str) -> str:
         """The unit of SI that a column's name states or the step of its encoder shows; rad of one called an angle."""
@@ -231,8 +237,9 @@ def is_of_right_wheel(name: str, names: Collection[str]) -> bool:
 
 
 def says_nothing(name: str) -> bool:
-    """True of a column without a header, or called no more than an output."""
-    return name.startswith(NAMELESS_PREFIX) or name.strip().lower() in OUTPUT_NAMES
+    """True of a column without a header, or called no more than an output, or after a motor by its number or side."""
+    called = NUMBER_OR_SIDE.sub("", name.strip().lower())
+    return name.startswith(NAMELESS_PREFIX) or called in OUTPUT_NAMES or called in MOTOR_WORDS
 
 
 def swinging_gyro(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def first_look_text(look: FirstLook) -> TextBlocks:
     """Columns, what they are, which plant has them, findings under that plant, and the model.toml that follows."""
     yield "There is no model here: this is by the columns and what they do."
-    rows = [(c.name, c.words, number_text(c.minimum), number_text(c.maximum),
+    rows = [(look.survey.title(c.name), c.words, number_text(c.minimum), number_text(c.maximum),
              number_text(c.step or None)) for c in look.survey.columns]  # fmt: skip
     yield Table("Columns", ("column", "is", "minimum", "maximum", "step"), rows)
     for sentence in look.proposal.sentences:
