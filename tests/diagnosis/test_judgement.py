@@ -378,6 +378,9 @@ def test_what_is_likelier_but_not_certain_is_told_beside_what_is_certain():
         wider,
         impossible,
         friction._replace(in_sample=50.0, gains=dead_zone.gains),
+        friction._replace(
+            predicted=SimpleNamespace(log_likelihood=-6.0 * BLOCKS), rises=9.0 * BLOCKS, relative_falls=-0.9 * BLOCKS
+        ),
         friction._replace(less_force=0.0, less_on_row=0.0),
     ):
         assert beside(other) == ("voltage_offset",)

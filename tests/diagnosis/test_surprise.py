@@ -33,6 +33,8 @@ def test_the_probabilities_know_of_what_is_held_out_and_further_off_than_the_mod
         Prediction([b / s for b, s in zip(blocks, (1.7, 1.9, 1.8, 2.0, 1.8), strict=True)], [], []),
     )
     assert off.p_value_of_surprise < 1e-3 and 0.01 < right.p_value_of_surprise < 0.99
+    for one in (np.full((100, 1), np.inf), 1e4 * blocks[0]):
+        assert Prediction([*blocks, one], [], []).p_value_of_surprise < 0.1, "no wild block hides the others"
     left = SimpleNamespace(what_repeats=(), repeating=(SimpleNamespace(p_value=1.0),), slow=())
     found = SimpleNamespace(named=(), p_rest=off.p_value_of_surprise, remainder=left, by_likelihood=True)
     assert Diagnosis.p_value_of_rest.fget(found) == off.p_value_of_surprise, "no function of two signals predicts it"

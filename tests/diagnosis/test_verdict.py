@@ -10,7 +10,7 @@ import derive
 from tests.support import X, simulated
 from wheelpend import Model, diagnose
 from wheelpend.diagnosis.evidence import Comparisons, ValidatedFit, evaluate_candidate
-from wheelpend.diagnosis.explain import overall_verdict, step_between
+from wheelpend.diagnosis.explain import overall_verdict, step_between, told_apart
 from wheelpend.diagnosis.ranking import rank_candidates
 from wheelpend.diagnosis.score_test import ScoreTest, find_twins, score_test
 from wheelpend.diagnosis.stepwise import selection_done
@@ -361,3 +361,21 @@ def test_a_step_beside_a_random_force_leaves_the_error_of_the_model_fitted_to_it
     step = step_between(before, SimpleNamespace(error=6.0, fit=SimpleNamespace(values={"X1": 3.0}), **rest))
     assert (step.error_before, step.error_after, step.force_after) == (9.0, error_after, None)
     assert step.parameters == {"X1": 3.0 if by_likelihood else 2.0}
+
+
+def test_of_effects_that_are_both_steps_neither_is_said_to_be_hard_to_tell_from_the_other():
+    Named = make_dataclass("Named", ["effect", "equivalent_to"])
+    Found = make_dataclass("Found", ["named", "candidates", "verdict", "problem"])
+    held_out = SimpleNamespace(data=SimpleNamespace(validation=[1]))
+
+    def found(effect, *others, further=()):
+        named = [Named(effect, others), *further]
+        return Found(named, tuple(named), "ambiguous" if others else "effect_missing", held_out)
+
+    last = Found([], (), "nothing_missing", held_out)
+    beside = Named("slope", ("coulomb_drive",))
+    rounds = told_apart([found("coulomb_drive", "viscous_drive", further=[beside]), found("viscous_drive"), last])
+    assert [r.candidates[0].equivalent_to for r in rounds[:2]] == [(), ()] and rounds[0].candidates[1] == beside
+    assert [r.verdict for r in rounds] == ["effect_missing", "effect_missing", "nothing_missing"]
+    unclear = told_apart([found("coulomb_drive", "slope", "viscous_drive"), found("viscous_drive"), last])
+    assert unclear[0].candidates[0].equivalent_to == ("slope",) and unclear[0].verdict == "ambiguous"

@@ -153,6 +153,29 @@ def test_a_semicolon_behind_every_row_is_none_of_its_cells(tmp_path, separator, 
     assert_same(read(tmp_path, "\n".join([lines[0] + header, *(line + end for line in lines[1:])])))
 
 
+def test_the_last_row_of_a_matrix_and_titles_above_it_may_lack_the_semicolon(tmp_path):
+    lines = text().splitlines()
+    rows = [line + ";" for line in lines[1:-1]] + lines[-1:]
+    assert_same(read(tmp_path, "\n".join(["% bench 3", "", "% " + lines[0] + ";", *rows])))
+    assert_same(read(tmp_path, "\n".join(["Bench", "Run 7", "3rd of May", lines[0], *rows])))
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+@pytest.mark.parametrize("header", ["t;dtheta_p\n", ""])
+def test_a_semicolon_before_a_cell_that_stays_empty_ends_no_row(tmp_path, decimal, header):
+    path = tmp_path / "log.csv"
+    path.write_text(header + "".join(f"{0.01 * k:.2f};\n".replace(".", decimal) for k in range(300)))
+    layout = csv_layout(path)
+    assert layout.row_end == "" and layout.separator == ";" and len(layout.names) == 2
+
+
+@pytest.mark.parametrize("names", ["t V A", "time V rad"])
+def test_a_title_above_names_that_might_be_units_is_no_header(tmp_path, names):
+    path = tmp_path / "log.txt"
+    path.write_text(f"# motor test three\n# {names}\n" + "".join(f"{0.01 * k:.2f} {k} 1\n" for k in range(50)))
+    assert csv_layout(path).names == names.split()
+
+
 def test_semicolons_between_the_cells_are_no_end_of_a_row(tmp_path):
     lines = text(";").splitlines()
     log = read(tmp_path, "\n".join([lines[0] + ";more", *(line + ";" for line in lines[1:])]))

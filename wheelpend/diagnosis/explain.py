@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -162,11 +162,12 @@ def explain(
 
     Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
     """
-    rounds = over_workable_horizon(
+    searched = over_workable_horizon(
         lambda horizon: prepare(model, logs, holdout, horizon=horizon, without=without),
         lambda problem, start: stepwise(problem, start, lambda found: len(found) > max_effects, progress),
         progress,
     )
+    rounds = told_apart(searched)
     last = with_structures(revise_verdict(rounds[-1], rounds[-1]), rounds)
     last = with_repeating_force(with_remainder(last, progress=progress), progress=progress)
     first = with_missing_force(revise_verdict(rounds[0], last) if rounds[1:] else last, progress=progress)
@@ -176,7 +177,13 @@ def explain(
 
 def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: float | None) -> Ladder:
     """The ladder of some rounds, with the first and the last diagnosis as they are concluded."""
-    steps = tuple(_steps(rounds, last))
+    steps = tuple(
+        replace(
+            step_between(before, after),
+            probability=probability_of(and_what_replaced(before.named[0].effect, rounds), last.structures),
+        )
+        for before, after in pairwise([*rounds[:-1], last])
+    )
     problem = last.problem
     unclear = [] if last.verdict == "unexplained" else rounds[1:-1]  # no experiment helps where a rest is unexplained
     return Ladder(
@@ -204,14 +211,21 @@ def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: fl
     )
 
 
-def _steps(rounds: Rounds, last: Diagnosis) -> Iterator[Step]:
-    """The steps between rounds, the last of them as it is concluded; none that data do not tell from another step."""
-    named = {r.named[0].effect for r in rounds[:-1]}
-    for before, after in pairwise([*rounds[:-1], last]):
-        step = step_between(before, after)
-        probability = probability_of(and_what_replaced(step.effect, rounds), last.structures)
-        others = tuple(e for e in step.equivalent_to if e not in named)
-        yield replace(step, probability=probability, equivalent_to=others)
+def told_apart(rounds: Rounds) -> Rounds:
+    """Rounds in which no step is said to be hard to tell from another step: the model has both of them."""
+    steps = {found.named[0].effect for found in rounds[:-1]}
+    return [*(_told_from(steps, found) for found in rounds[:-1]), rounds[-1]]
+
+
+def _told_from(steps: Collection[str], found: Diagnosis) -> Diagnosis:
+    """A diagnosis whose first effect, one of the steps of a ladder, data tell from the others of these."""
+    first = found.named[0]
+    others = tuple(e for e in first.equivalent_to if e not in steps)
+    if others == first.equivalent_to:
+        return found
+    candidates = tuple(replace(c, equivalent_to=others) if c is first else c for c in found.candidates)
+    told = found.verdict == "ambiguous" and not others and bool(found.problem.data.validation)
+    return replace(found, candidates=candidates, verdict="effect_missing" if told else found.verdict)
 
 
 def step_between(before: Diagnosis, after: Diagnosis) -> Step:

@@ -19,7 +19,7 @@ from wheelpend.estimation.prediction import segments_rms_error
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.profiled_starts import profiled_start_values
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import DEFAULT_MAX_STEP_S, Simulator
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels.load import model_module
@@ -32,7 +32,8 @@ TIME_CONSTANT_RATIO = 1.3  # of the second filter's to the first's
 MAX_START_SEGMENTS = 40  # short segments of a log on which starts are compared
 START_SEGMENTS_PER_HORIZON = 5  # which are so much shorter than the horizon
 START_FIT_ROUNDS, START_STATE_ROUNDS = 8, 3  # of a fit to them, and of one of the initial states alone
-MAX_STEPS_PER_ROW = 100  # of a simulation that a fit makes
+SHORT_SHARE_OF_ROW = 0.01  # of the time between rows, below which no step need be: no row shows what settles within it
+LONGEST_LEAST_STEP_S = 5e-4  # s, however far rows are apart: it is stable down to a time constant of 0.2 ms
 MAX_FITTED_STARTS = 3  # of the candidates, those with the least cost before any fit
 
 
@@ -141,8 +142,9 @@ def _step_at(problem: EstimationProblem, values: Mapping[str, float]) -> float:
     An inertia that is too small for them to show would else cost thousands of steps for each. What moves inside is
     given a step of its own.
     """
-    log = problem.logs[0]
-    return max(stable_step(problem.module, values, log), min(log.dt / MAX_STEPS_PER_ROW, DEFAULT_MAX_STEP_S))
+    apart = min(log.dt for log in problem.logs)
+    needed = min(SHORT_SHARE_OF_ROW * apart, LONGEST_LEAST_STEP_S)
+    return max(stable_step(problem.module, values, problem.logs[0]), needed)
 
 
 def _start_error(problem: EstimationProblem, segments: Segments, values: Mapping[str, float]) -> float:

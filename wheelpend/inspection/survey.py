@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,7 +12,6 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.inspection.column_names import (
     ANGLE_NAMES,
-    NUMBER_OR_SIDE,
     REFERENCE_NAMES,
     are_body_and_wheel,
     contains,
@@ -53,7 +53,7 @@ from wheelpend.logs.unwrap import whole_turn
 
 USUAL_INTERVAL_S = 1e-3  # from row to row, of a file that says nothing of its times
 COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
-MOTOR_WORDS = ("m", "mot", "motor", "wheel")
+ONE_MOTOR = re.compile(r"(m|mot|motor|wheel)[ _]?(\d+|l|r|left|right)")  # one of several
 OUTPUT_NAMES = ("y", "yk", "y_k", "y(k)", "out", "output", "response", "measured", "measurement")
 SUMMED_PLACE = "place"  # what a speed comes to that is summed over time
 
@@ -153,10 +153,11 @@ def survey_file(path: Path, interval: float | None = None) -> Survey:
     if not values:
         raise Failure(f"{path.name}: a log must have columns of numbers; it has none. It needs a header row and "
                       "one row per sample.")  # fmt: skip
-    values, _ = without_empty_rows(values)
     check_length(path.name, len(next(iter(values.values()))))
     broken, texts = unread_columns(file, list(values))
-    stamps = None if interval else own_clock(path, file, values)
+    filled, _ = without_empty_rows(values)
+    stamps = None if interval else own_clock(path, file, filled)
+    values = filled if stamps else values  # without a clock every row counts
     if not interval and not (stamps and clock_rank(np.diff(values[stamps.column])) < 2):
         require_readable_clock(path, broken)
     values = {n: v for n, v in values.items() if not interval or not is_called_time(n)} or values
@@ -238,8 +239,8 @@ def is_of_right_wheel(name: str, names: Collection[str]) -> bool:
 
 def says_nothing(name: str) -> bool:
     """True of a column without a header, or called no more than an output, or after a motor by its number or side."""
-    called = NUMBER_OR_SIDE.sub("", name.strip().lower())
-    return name.startswith(NAMELESS_PREFIX) or called in OUTPUT_NAMES or called in MOTOR_WORDS
+    called = name.strip().lower()
+    return name.startswith(NAMELESS_PREFIX) or called in OUTPUT_NAMES or bool(ONE_MOTOR.fullmatch(called))
 
 
 def swinging_gyro(as_read: Survey, values: Mapping[str, np.ndarray]) -> str:

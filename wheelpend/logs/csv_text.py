@@ -16,7 +16,7 @@ NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without
 MISSING_CELLS = ("", "nan", "NaN", "NAN", "NA", "N/A", "#N/A", "null", "NULL", "None", "-nan", "-", "--", "?")
 SNIFFED_BYTES, SNIFFED_LINES = 65_536, 200  # bytes of a file, and lines of its table in them, that tell its layout
 COMMENT_PREFIXES = ("#", "%", "//")
-ROW_END, MAX_TITLES = ";", 2  # behind the rows of a matrix, and how many lines above them may lack it
+ROW_END = ";"  # behind the rows of a matrix
 WHITESPACE = " "  # any number of spaces and tabs between two cells
 SEPARATORS = (";", "\t", ",", WHITESPACE)  # the first of those that fit equally well
 DECIMAL_COMMA_PATTERN = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
@@ -71,8 +71,9 @@ def csv_layout(path: Path) -> CsvLayout:
     lines = head_lines(head, encoding)
     comment = next((p for p in COMMENT_PREFIXES if any(line.lstrip().startswith(p) for line in lines)), "")
     texts = [(k, line) for k, line in enumerate(lines) if line.strip() and not is_comment(line)][:SNIFFED_LINES]
-    row_end = find_row_end([line for _, line in texts])
-    texts = [(k, line.rstrip().removesuffix(row_end)) for k, line in texts] if row_end else texts
+    if row_end := find_row_end([line for _, line in texts]):
+        lines = [line.rstrip().removesuffix(row_end) for line in lines]
+        texts = [(k, lines[k]) for k, _ in texts]
     separator = find_separator([line for _, line in texts])
     table = [Line(k, split_cells(line, separator)) for k, line in texts]
     titles, first = find_titles(table)
@@ -151,10 +152,19 @@ def find_separator(lines: Sequence[str]) -> str:
 
 
 def find_row_end(lines: Sequence[str]) -> str:
-    """A semicolon, where every row of numbers ends with one and none has another; else nothing."""
-    ending = [line.rstrip().endswith(ROW_END) for line in lines]
-    alone = all(line.count(ROW_END) == 1 for line, ends in zip(lines, ending, strict=True) if ends)
-    return ROW_END if alone and sum(ending) >= max(len(lines) - MAX_TITLES, 1) and ending[-1] else ""
+    """A semicolon, where every row ends with one, the last of a matrix perhaps not, and none stands between cells.
+
+    Nothing where a row has but one cell without it: then it is what stands between that cell and an empty one.
+    """
+    texts = [line.rstrip() for line in lines]
+    first = next((k for k, text in enumerate(texts) if text.endswith(ROW_END)), len(texts))
+    rows = [text.removesuffix(ROW_END) for text in texts[first:]]
+    ends = all(text.endswith(ROW_END) for text in texts[first : max(len(texts) - 1, first + 1)])
+    if not (rows and ends) or any(ROW_END in text for text in (*texts[:first], *rows)):
+        return ""
+    separator = find_separator(rows)
+    alone = any(DECIMAL_COMMA_PATTERN.fullmatch(r) or len(split_cells(r, separator)) < 2 for r in rows)
+    return "" if alone else ROW_END
 
 
 def usual_width(table: Sequence[Line]) -> int:
@@ -239,7 +249,7 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
     width = len(first_row[0].cells)
     last = [Line(0, split_cells(comment_text(line, separator), separator)) for line in above[-2:]]
     fitting = [len(line.cells) == width and is_title(line, 1) for line in last]
-    if all(fitting) and len(last) > 1 and is_row_of_units(last[1].cells):
+    if all(fitting) and len(last) > 1 and all(map(is_unit, last[1].cells)):
         return last
     if fitting[-1]:
         return last[-1:]

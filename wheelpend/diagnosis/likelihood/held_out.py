@@ -34,6 +34,7 @@ LARGER_FACTORS, SMALLER_FACTORS = (1.5, 2.2, 3.3), (0.3, 0.45, 0.67)  # of found
 ERROR_FACTORS = (0.01, 0.1, 0.3, 3.0)  # likewise of the sensors' random errors
 MIN_BLOCKS_PER_LOG = 2
 MAX_COMBINED_P_VALUE = 0.9  # that a test counts: one that sees nothing at all must not drown the others
+MEAN_SQUARE_RANGE = (1e-6, 1e6)  # of innovations over what is expected: what runs away is no further off
 
 
 class Prediction(NamedTuple):
@@ -59,8 +60,11 @@ class Prediction(NamedTuple):
 
     @property
     def p_value_of_surprise(self) -> float:
-        """P-value of the innovations being no larger than the filter expects, by the scatter between blocks."""
-        return one_sided_p_value(self.mean_squares - 1.0)
+        """P-value of the innovations being no larger than the filter expects, by the scatter between blocks.
+
+        Of the logarithms, so that no block that is far worse than the others hides what these say.
+        """
+        return one_sided_p_value(np.log(np.clip(self.mean_squares, *MEAN_SQUARE_RANGE)))
 
     @property
     def mean_squares(self) -> np.ndarray:

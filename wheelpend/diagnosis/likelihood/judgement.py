@@ -195,7 +195,7 @@ class Judged(NamedTuple):
         return self.is_like(first) or self.is_likelier_than(first)
 
     def is_likelier_than(self, other: Judged) -> bool:
-        """True where there is more evidence for it than for another effect, with no more parameters."""
+        """True where there is a nat more evidence for it than for another effect, with no more parameters."""
         return self.evidence > other.evidence + MIN_TOLD_GAIN and self.size <= other.size
 
     def clearly_leads(self, other: Judged) -> bool:
@@ -483,17 +483,17 @@ def certain_within(judged: Sequence[Judged], supported: Sequence[Judged], error_
 
 
 def with_likelier_besides(named: Sequence[Judged], judged: Sequence[Judged], error_before: float) -> list[Judged]:
-    """Named effects, each with those that data do not tell from it, such as are likelier though not certain among them.
+    """Named effects, to those that data do not tell from each are added which are likelier but miss certainty.
 
-    Of no more parameters, with more evidence, lowering the error or the force, and seen by all data at 5 %: what is
-    certain of the named one then is that it or one of these is missing.
+    They have no more parameters, lower the error or the force, and all data see them at 5 %: what is certain then is
+    that the named one or one of these is missing. Not so where held-out data overrule one.
     """
     uncertain = [
         j
         for j in _likely_besides(named, judged)
         if j.candidate.p_value < CONFIRMATION_LEVEL and not j.is_certain and j.improves(error_before)
     ]
-    return [_with_equivalents(j, [o for o in uncertain if o.is_likelier_than(j)]) for j in named]
+    return [_with_equivalents(j, [o for o in uncertain if o.is_likelier_than(j) and not j.overrules(o)]) for j in named]
 
 
 def _likely_besides(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:

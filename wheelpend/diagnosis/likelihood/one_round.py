@@ -282,7 +282,8 @@ def _diagnosis(
         surprised = surprise_sentences(base.predicted.surprise)
         left = remainder.what_repeats or is_mostly_chance(remainder) or surprised
         verdict = "unexplained" if left else "nothing_missing"
-    found = replace(Diagnosis.of(problem, base.validated, verdict, [*named, *impossible]), remainder=remainder)
+    found = Diagnosis.of(problem, base.validated, verdict, [*named, *impossible])
+    found = replace(found, remainder=remainder, by_likelihood=True)
     if surprised:
         found = replace(found, warnings=(*found.warnings, *surprised), p_rest=base.predicted.p_value_of_surprise)
     if verdict == "nothing_missing" and found.leaves_unknown:
@@ -294,7 +295,6 @@ def _diagnosis(
         not_judged={**found.not_judged, **play},
         missing=missing,
         refitted=tuple(j.candidate for j in judged),
-        by_likelihood=True,
     )
 
 
