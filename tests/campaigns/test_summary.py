@@ -114,3 +114,11 @@ def test_what_is_another_in_every_log_is_no_disagreement():
 
     assert told("slope.angle").disagreeing == () and told("X1").disagreeing == ("X1",)
     assert told("slope.angle").parameters["slope.angle"].spread == pytest.approx(0.01)
+
+
+def test_a_log_that_is_far_more_certain_than_all_others_together_is_compared_with_these():
+    told = np.array([[1.0, 1e-10], [3.0, 2.0], [5.0, 2.0]])
+    found = parameter_agreement(["sure", "b", "c"], told)
+    others = np.array([4.0, 1.0, 1.0])  # weighted means of the other ones
+    distances = np.abs(told[:, 0] - others) / np.hypot([1e-10, 2.0, 2.0], [np.sqrt(2.0), 1e-10, 1e-10])
+    assert found.furthest.log == "sure" and found.furthest.sigmas == pytest.approx(distances.max(), rel=1e-6)

@@ -295,11 +295,17 @@ def parameter_agreement(logs: Sequence[str], estimates: np.ndarray) -> Parameter
 
 def largest_deviation(logs: Sequence[str], values: np.ndarray, weights: np.ndarray) -> LargestDeviation:
     """The log whose value (N,) is furthest off the weighted mean of the others."""
-    others = weights.sum() - weights
-    means = ((weights * values).sum() - weights * values) / others
+    others = sums_of_others(weights)
+    means = sums_of_others(weights * values) / others
     distances = np.abs(values - means) / np.sqrt(1.0 / weights + 1.0 / others)
     worst = int(np.argmax(distances))
     return LargestDeviation(logs[worst], float(distances[worst]))
+
+
+def sums_of_others(values: np.ndarray) -> np.ndarray:
+    """For each of some values (N,) the sum of all the others, without rounding in one that is far larger than they."""
+    before, behind = np.cumsum(values), np.cumsum(values[::-1])[::-1]
+    return np.r_[0.0, before[:-1]] + np.r_[behind[1:], 0.0]
 
 
 def disagreeing_parameters(parameters: Mapping[str, ParameterRecovery | ParameterAgreement]) -> tuple[str, ...]:
