@@ -160,7 +160,10 @@ def read_scaled_columns(
 
 def without_empty_rows(columns: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Columns (N,) without the rows in which nothing stands, and which rows these were, from 0."""
-    empty = np.logical_and.reduce([np.isnan(values) for values in columns.values()])
+    first, *others = columns.values()
+    empty = np.isnan(first)
+    for values in others if empty.any() else ():  # where the first is always there nothing else need be looked at
+        empty &= np.isnan(values)
     if not empty.any() or empty.all():
         return columns, np.zeros(0, dtype=np.int64)
     return {name: values[~empty] for name, values in columns.items()}, np.flatnonzero(empty)
