@@ -25,7 +25,7 @@ and continuous, and the noise of its channels. Question: what was measured, when
 - coloured_noise: of channels that were filtered or fused before they were logged
 - outliers: spikes, which become missing values, and jumps, which split a log
 - tables: files as named columns of numbers, by what is in them
-- csv_text: encoding, separator, comments, names and units of a text table
+- csv_text: encoding, separator, comments, names and units of a text table; legend: names from numbered comments
 - polars_files: CSV and Parquet files through Polars
 - bags: ROS 2 bags and MCAP files, resampled onto one clock
 """

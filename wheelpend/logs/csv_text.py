@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from wheelpend.errors import Failure
+from wheelpend.logs.legend import names_of_legend
 from wheelpend.logs.units import BRACKETED_TEXT, is_unit, plain_unit
 
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
@@ -241,7 +242,8 @@ def is_row(line: Line) -> bool:
 def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator: str) -> list[Line]:
     """Names in a comment above the first row: in the last, as numpy.savetxt writes them, or in one "Columns: t x y".
 
-    The last may be a row of units instead, under that of the names. None where they do not fit the row.
+    The last may be a row of units instead, under that of the names. Or in several that begin with the numbers of the
+    columns. None where they do not fit the row.
     """
     above = [line.strip() for line in lines[: first_row[0].number] if is_comment(line)] if first_row else []
     if not above:
@@ -253,6 +255,8 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
         return last
     if fitting[-1]:
         return last[-1:]
+    if legend := names_of_legend([comment_text(line, "") for line in above], width):
+        return [Line(0, legend)]
     labelled = (m["names"] for line in reversed(above) if (m := LABELLED_NAMES.fullmatch(comment_text(line, ""))))
     written = (split_cells(names, s) for names in labelled for s in SEPARATORS)
     return next(([Line(0, cells)] for cells in written if len(cells) == width and are_names(cells)), [])

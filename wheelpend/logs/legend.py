@@ -1,0 +1,46 @@
+"""Names of columns from a legend: comments that begin with the numbers of the columns that they tell of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from wheelpend.logs.units import is_unit
+
+NUMBERED = re.compile(r"(?:col(?:umn)?s?\b)?\W*(?P<numbers>\d+(?:[\s,]+\d+)*)[\s.:)=-]+(?P<text>\D.*)", re.IGNORECASE)
+SAMPLE_WITH_UNIT = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?\s+(?P<word>[A-Za-z/]+)")
+SAMPLE = re.compile(r"\(?(?<![\w.])[-+]?\d+(?:\.\d*)?(?!\w)\)?")  # a value of the first row, put in for an example
+BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
+
+
+def names_of_legend(comments: Sequence[str], width: int) -> list[str]:
+    """The names of so many columns, of which numbered comments tell each in turn; none where they do not.
+
+    ``11 12 Motor voltage [V] left, right: 8.0 7.6`` is two of them, ``Motor voltage left [V]`` and ``... right [V]``.
+    """
+    names: list[str] = []
+    for line in comments:
+        if not (found := NUMBERED.fullmatch(line)):
+            continue
+        numbers = [int(n) for n in re.findall(r"\d+", found["numbers"])]
+        if numbers == list(range(len(names) + 1, len(names) + len(numbers) + 1)):
+            names += names_of_entry(found["text"], len(numbers))
+    return names if len(names) == width and len(set(names)) == width else []
+
+
+def names_of_entry(text: str, count: int) -> list[str]:
+    """The names of so many columns that one entry of a legend tells of, each with its unit in brackets."""
+    said = SAMPLE_WITH_UNIT.sub(lambda m: f"[{m['word']}]" if is_unit(m["word"]) else m["word"], text.split(":")[0])
+    said = SAMPLE.sub("", said)
+    bare, units = BRACKETS.sub(" ", said), BRACKETS.findall(said)
+    parts = [" ".join(part.split()) for part in bare.split(",")] if count > 1 else [" ".join(bare.split())]
+    if len(parts) != count:  # one name for all
+        parts = [f"{' '.join(parts)} {k}" for k in range(1, count + 1)]
+    elif all(" " not in part for part in parts[1:]):  # a name with endings
+        base, _, first = parts[0].rpartition(" ")
+        parts = [f"{base} {ending}".strip() for ending in (first, *parts[1:])]
+    if len(units) == 1:
+        units = units[0].split(",") if units[0].count(",") == count - 1 else units * count
+    if len(units) != count:
+        return parts
+    return [f"{part} [{unit.strip()}]" for part, unit in zip(parts, units, strict=True)]
