@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.signal import savgol_filter
 
 from tests.inspection.test_survey import pole_on_a_cart
 from tests.plants.machines import log_of
@@ -260,3 +261,29 @@ def test_a_joint_of_a_message_of_ros_is_in_rad_however_far_it_turns(tmp_path):
         pl.DataFrame(columns).write_csv(tmp_path / "log.csv")
         guess = first_look(tmp_path / "log.csv", "slide").guesses["x"]
         assert ("degrees" in guess) is told and ("rad of a shaft, as the messages of ROS" in guess) is not told
+
+
+def test_a_rate_that_was_filtered_with_its_angle_is_no_second_sensor_of_a_pendulum(tmp_path):
+    t = np.arange(0.0, 8.0, 0.025)
+    swing = 1.2 * np.exp(-0.1 * t) * np.cos(5.0 * t) + 0.01 * np.random.default_rng(4).standard_normal(t.size)
+    angle = savgol_filter(swing, 9, 3)
+    rate = savgol_filter(swing, 9, 3, deriv=1, delta=0.025)
+    pl.DataFrame({"time": t, "theta_kalman": angle, "theta_dot_kalman": rate}).write_csv(tmp_path / "kalman.csv")
+    found = propose(survey_file(tmp_path / "kalman.csv"))
+    assert remark(tmp_path / "kalman.csv", "theta_dot_kalman").endswith("no raw sensor.")
+    assert tomllib.loads(found.text).get("assumptions") is None
+
+
+def test_gravity_does_not_tell_degrees_from_radians_on_a_shaft(tmp_path):
+    t = np.arange(0.0, 10.0, 0.02)
+    voltage = 6.0 * np.sin(2 * np.pi * 0.55 * t)
+
+    def speeds(now, state):
+        drive = 6.0 * np.sin(2 * np.pi * 0.55 * now) - 0.04 * state[1] - 1.1e-4 * state[1] * abs(state[1]) + 0.19
+        return [state[1], 115.0 * drive]
+
+    angle = solve_ivp(speeds, (0.0, 10.0), [0.0, 0.0], t_eval=t, rtol=1e-8, max_step=0.02).y[0]
+    counted = np.round(angle * 2048 / (2 * np.pi)) * 2 * np.pi / 2048
+    pl.DataFrame({"t": t, "v_in": voltage, "theta_1": counted}).write_csv(tmp_path / "motor.csv")
+    found = tomllib.loads(propose(survey_file(tmp_path / "motor.csv"), "shaft").text)
+    assert found["columns"] == {"theta_m": {"column": "theta_1"}}

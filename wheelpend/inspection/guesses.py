@@ -83,7 +83,8 @@ def guess_units(
             guess = guess_counts(column, values, own)
         elif values is not None and own in ("rad", "m") and not (table.wiring_check and survey.signals):
             turns = any(table.units[c] == "rad" for c in table.channels)
-            guess = guess_place(survey, column, values, own, survey.of_role("input"), beside_angle=turns)
+            inputs = survey.of_role("input")
+            guess = guess_place(survey, column, values, own, inputs, beside_angle=turns, hangs=table.pulled)
         else:
             guess = None  # the equations of motion say it
         found |= {name: guess} if guess else {}
@@ -125,11 +126,19 @@ def guess_clock(survey: Survey) -> Guess | None:
 
 
 def guess_place(
-    survey: Survey, column: str, values: np.ndarray, own: str, inputs: list[str], *, beside_angle: bool = False
+    survey: Survey,
+    column: str,
+    values: np.ndarray,
+    own: str,
+    inputs: list[str],
+    *,
+    beside_angle: bool = False,
+    hangs: bool = True,
 ) -> Guess | None:
     """A guess of the unit of a position (N,) whose quantity is in rad or m; None of one that may be in that.
 
     A way ``beside_angle``, a cart's beside its pole, is one: along a slide it may be what its motor's shaft turns.
+    Gravity tells the unit of what ``hangs`` in it alone: beside a sine what it does to a shaft is a third harmonic.
     """
     if own == "rad" and is_of_joint_states(column):
         return None
@@ -151,7 +160,8 @@ def guess_place(
         return Guess(
             ColumnMap(column, "deg"), f"degrees, for in rad it would turn {speed / (2 * math.pi):.0f} times a second"
         )
-    if own == "rad" and not counting and (why := is_in_degrees(values, survey.longest_with(column), column, inputs)):
+    told_by_gravity = own == "rad" and hangs and not counting
+    if told_by_gravity and (why := is_in_degrees(values, survey.longest_with(column), column, inputs)):
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
     if by_rate := guess_by_rate(survey, column, values, own):
         return by_rate

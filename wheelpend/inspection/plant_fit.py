@@ -136,7 +136,9 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
         return None  # an angle by its unit is no way along a slide
     named = sum(c.lower() == n or is_called(n, c, table) for n, c in columns.items())
     rates_found = {n: c for n, c in columns.items() if n not in (*own, *table.inputs)}
-    computed = sum(n != c and survey.is_computed(c) and not names_rate_sensor(c) for n, c in rates_found.items())
+    is_optional = bool(chosen.get("rate_sensor"))  # the angle alone says it all, and both would say it twice
+    unlike = [c for n, c in rates_found.items() if n != c and not names_rate_sensor(c)]
+    computed = sum(survey.is_computed(c) or (is_optional and survey.repeats_angle(c)) for c in unlike)
     ignored = sum(not survey.is_computed(r) and r not in rates_found.values() for r in survey.of_role("rate"))
     counted = len(own) == 1 and table.units[own[0]] == "m" and may_be_shaft(survey, columns[own[0]])
     return Candidate(plant, chosen, table, columns, named, computed, ignored, counted=counted)
@@ -161,8 +163,9 @@ def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
     """
     chosen = _with_inputs_of(survey, plant)
     table = ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, chosen)))
-    own, places = table.places, survey.of_role("position")
-    rates = {survey.column(r).of: r for r in survey.of_role("rate")}
+    own, rates = table.places, {survey.column(r).of: r for r in survey.of_role("rate")}
+    places = [*survey.of_role("position"), *(c for c in rates if survey.column(c).role == "further")]
+    places = [c for c in places if survey.base_of(c) in ("", *(table.units[n] for n in own))]
     named = {n: c for n, c in guess_columns(places, own, table).items() if c}
     with_rate = [a for a in table.rates.values() if a in own and a not in named]
     named |= dict(zip(with_rate, [c for c in places if c in rates and c not in named.values()], strict=False))

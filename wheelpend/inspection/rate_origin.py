@@ -19,6 +19,7 @@ MOTIONLESS_ORDER = 4  # of differences in which no motion is left
 MIN_OWN_ROUNDINGS = 2.0  # of the error of rounding, from which on such noise is no rounding
 MIN_ENCODER_COUNTS = 100  # of a turn
 COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
+SAME_READINGS = "no raw sensor."  # likewise, of a rate or the angle that was made from it
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 ERROR_SMOOTHING_SAMPLES = 3.0  # standard deviation of the Gaussian beyond which a signal is error
@@ -51,7 +52,7 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
         return f"{gives}: computed from it, {COMPUTED}"
     if shared > COMPUTED_SHARE:
         return (f"{100 * shared:.0f} % of its scatter from sample to sample is the angle's too: one of the two was "
-                "made from the other, as a fused angle is from a gyro, and is no raw sensor.")  # fmt: skip
+                f"made from the other, as a fused angle is from a gyro, and is {SAME_READINGS}")  # fmt: skip
     if is_filtered(rate) and raw_angle:
         return f"It is too smooth for a raw sensor, while its angle is not: filtered or computed, {COMPUTED}"
     return f"{gives} and not the rest: a sensor of its own."

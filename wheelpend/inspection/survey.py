@@ -37,7 +37,7 @@ from wheelpend.inspection.file_values import (
     unread_columns,
 )
 from wheelpend.inspection.own_clock import beside_clock, clock_seconds, own_clock
-from wheelpend.inspection.rate_origin import COMPUTED, COUNTS_ENDING, rate_remark, step_remark
+from wheelpend.inspection.rate_origin import COMPUTED, COUNTS_ENDING, SAME_READINGS, rate_remark, step_remark
 from wheelpend.inspection.raw_units import MIN_LEVEL_SHARE, is_followed, level_share
 from wheelpend.inspection.signals import Signals, all_signals, uniform_signals
 from wheelpend.logs.checks import check_time
@@ -101,6 +101,10 @@ class Survey(NamedTuple):
     def is_computed(self, name: str) -> bool:
         """True of a rate that is no sensor of its own."""
         return self.column(name).remark.endswith(COMPUTED)
+
+    def repeats_angle(self, name: str) -> bool:
+        """True of a rate whose readings are its angle's too, whichever of the two was made from the other."""
+        return self.column(name).remark.endswith(SAME_READINGS)
 
     @property
     def may_hold_place(self) -> bool:
