@@ -82,6 +82,28 @@ def test_it_is_said_where_more_is_held_out_and_not_where_segments_take_turns(eff
     assert not [w for w in prepare(Model.default(), [simulated(duration=6.0)], lean=True).warnings if "third" in w]
 
 
+def swinging_until(stop, plant="pendulum"):
+    """A log of 6 s of what nothing drives, or of a slide, that swings until some time [s]."""
+    t = np.arange(0.0, 6.0, 0.01)
+    place = 0.5 * np.cos(8.0 * np.minimum(t, stop)) + 1e-4 * np.random.default_rng(1).normal(size=len(t))
+    return Log("swing.csv", t, np.zeros(len(t)), place[:, None], ("x" if plant == "slide" else "theta_1",))
+
+
+@pytest.mark.parametrize(("stop", "end"), [(2.5, 3.0), (4.2, 4.7), (1.2, 6.0), (6.0, 6.0)])
+def test_what_nothing_drives_is_judged_until_a_horizon_after_it_stops_if_it_moved_for_three(stop, end):
+    log = swinging_until(stop)
+    problem = prepare(Model.parse('plant = "pendulum"\n'), [log], lean=True)
+    judged = {*samples(problem.data.estimation[0]), *samples(problem.data.validation[0].part)}
+    assert end - 0.2 < log.t[max(judged)] <= end
+    assert any("comes to rest before" in w for w in problem.warnings) == (end < 6.0)
+
+
+def test_a_driven_machine_that_stands_still_is_judged_to_the_end_of_its_log_as_that_tells_what_holds_it():
+    log = swinging_until(4.2, plant="slide")
+    held = prepare(Model.parse('plant = "slide"\n'), [log], lean=True).data.validation[0].part
+    assert log.t[max(samples(held))] > 5.5
+
+
 def at_rest_until(begin, noise=1.0):
     """A log of 6 s whose machine stands still until some time [s], with so many times the usual noise."""
     log = simulated(duration=6.0, noise=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
@@ -84,7 +85,8 @@ def prepare(
     _require_distinct_logs(logs, holdout)
     memory = memory_of(model.effects) if lean else INPUT_MEMORY_S
     loaded, validation_logs = (
-        tuple(replace(log, memory_s=memory) for log in read_logs(given, model)) for given in (logs, holdout)
+        tuple(replace(moving_part(log, model, horizon), memory_s=memory) for log in read_logs(given, model))
+        for given in (logs, holdout)
     )
     loaded, validation_logs = (
         tuple(led_by_rest(log, model.table) if leads and memory > 0.0 else log.as_read() for log in given)
@@ -115,6 +117,23 @@ def prepare(
         said = [*_stillness_warnings(loaded, begins, words), *_motion_warnings(split, model)]
         problem = replace(problem, warnings=(*problem.warnings, *said))
     return replace(problem, carries=carries_over(module, model.effects))
+
+
+def moving_part(log: Log, model: Model, horizon: float) -> Log:
+    """A log of what nothing drives, until a horizon [s] after it has come to rest; any other log as it is.
+
+    That it stops belongs to how it moves. That it goes on standing says no more, and would outvote what moves, as long
+    as it may last: a third of it would be held out, and half of all that is judged be at rest.
+    """
+    if model.table.inputs:
+        return log
+    rest = rest_begin(log, noise_of(log, model).sigma)
+    end = rest + math.ceil(horizon / log.dt)
+    if end >= len(log) or log.t[rest] - log.t[0] < MIN_MOVING_HORIZONS * horizon:
+        return log
+    said = (f"nothing drives the {model.plant_signature.words.machine}, which comes to rest before t = "
+            f"{log.t[end]:.3g} s: what is behind that tells no law from another, and is left out.")  # fmt: skip
+    return replace(log.part(0, end), warnings=(*log.warnings, said))
 
 
 def memory_of(effects: Sequence[str]) -> float:

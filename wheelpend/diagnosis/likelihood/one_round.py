@@ -126,9 +126,13 @@ def _round_of_supported(
 
 
 def _is_rival(one: Judged, first: Judged) -> bool:
-    """True of an effect that does as well as the first in some way and worse in another, and does not contain it."""
+    """True of an effect that does as well as the first in some way and worse in another, and does not contain it.
+
+    Or that is likelier: of few blocks the lead over the horizon may be chance.
+    """
     contains = first.candidate.effect in simpler_than(one)
-    return not contains and not first.clearly_leads(one) and not one.is_like(first)
+    led = first.clearly_leads(one) and not one.is_likelier_than(first)
+    return not contains and not led and not one.is_like(first)
 
 
 def _displaced(model: FilteredModel, judged: Sequence[Judged], added: Collection[str], progress: Progress) -> str:

@@ -19,13 +19,12 @@ from wheelpend.diagnosis.likelihood.refits import (
     without_effect,
 )
 from wheelpend.diagnosis.likelihood.relief import with_refits
-from wheelpend.diagnosis.verdict import Diagnosis
+from wheelpend.diagnosis.verdict import Diagnosis, where_chance_does_not_explain
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import correlation_bounds
 from wheelpend.identification.remainder_at import refitted_remainder
 
-MIN_SEARCHED_SHARE = 5e-3  # of the drive: a random force below is not worth a search
 SLOW_RATIO = 3.0  # of the shortest correlation time, from which a force is not white
 
 Progress = Callable[[str], None]
@@ -79,7 +78,7 @@ def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progres
     one; it counts if it ends with a likelier model that predicts no worse.
     """
     path = _to_the_end(model, [], None, is_done, progress)
-    if path.fork is None or path.rounds[-1].verdict != "unexplained":
+    if path.fork is None or where_chance_does_not_explain(path.rounds[-1]).verdict != "unexplained":
         return path.rounds
     before, instead = path.fork
     progress("something is left unexplained: once more with a rival of an effect that was added")
@@ -107,15 +106,17 @@ def _to_the_end(
 
 
 def leaves_a_force(problem: EstimationProblem, fitted: Fit, progress: Progress) -> bool:
-    """True where a model that reaches sensor noise over the horizon leaves a random force worth a search.
+    """True where a model that reaches sensor noise over the horizon leaves a random force, however small it is.
 
-    Where a surface sticks the filter, which expands about its mean, leaves a white one of its own.
+    One that likelihood wants stands for what is missing and lasts: of dry friction that takes a wide swing's energy, a
+    thousandth of the drive is left beside viscous friction, which does almost as well. Where a surface sticks the
+    filter, which expands about its mean, leaves a white one of its own.
     Raises what `refitted_remainder` does where no filter can follow the model.
     """
     progress("looking for a random force behind sensor noise")
     logs = problem.logs
     left = refitted_remainder(problem, [fitted.of_log(k) for k in range(len(logs))]).strongest
-    if left is None or left.share < MIN_SEARCHED_SHARE:
+    if left is None or not left.share > 0.0:
         return False
     shortest, _ = correlation_bounds([log.duration for log in logs], min(log.dt for log in logs))
     sticks = any(isinstance(derive.effects.find(e).enters, DryForce) for e in problem.model.effects)
