@@ -1,6 +1,6 @@
 """Effects judged with a random force in the likelihood, on an axis that a program of its own plays."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from types import SimpleNamespace
 
@@ -230,12 +230,23 @@ def test_no_way_out_of_a_minimum_leads_to_where_nothing_can_be_predicted(monkeyp
     assert likelier.error == (ahead if led else now)
 
 
-def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: float, error: float):
+@dataclass
+class Ended:
+    """What a round of a search came to, all of it explained but perhaps for what is held out."""
+
+    named: list
+    verdict: str
+    error: float
+    noise_floor: float = 4.9
+    remainder: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(is_nothing=True))
+    detectable: dict = field(default_factory=dict)
+
+
+def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: float, error: float, left: float = 5.0):
     """Effects and verdict that a search ends with whose first effect has a rival, of a likelihood and error."""
 
     def found(effects, verdict, after):
-        named = [SimpleNamespace(effect=e, held_out_gain=1.0) for e in effects]
-        return SimpleNamespace(named=named, verdict=verdict, error=after)
+        return Ended([SimpleNamespace(effect=e, held_out_gain=1.0) for e in effects], verdict, after)
 
     def model(likely):
         problem = SimpleNamespace(model=SimpleNamespace(effects=()))
@@ -249,7 +260,7 @@ def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: flo
     def a_round(before, added, goes_on, progress):
         if not added:
             return one_round.Round((found([first], "effect_missing", 9.0),), before, model(500.0), instead=instead)
-        last = found([], rest, 5.0) if added == [first] else found([], "nothing_missing", error)
+        last = found([], rest, left) if added == [first] else found([], "nothing_missing", error)
         return one_round.Round((last,), model(0.5 * before.deviance), None)  # led out of a minimum
 
     monkeypatch.setattr(search, "one_round", a_round)
@@ -271,6 +282,25 @@ def test_a_rival_of_an_effect_is_tried_where_the_search_ends_with_something_unex
 ):
     effects, verdict = with_rounds_of(monkeypatch, "coulomb_drive", rest, "load_friction", deviance, error)
     assert (effects, verdict) == ([ends_with[0]], ends_with[1])
+
+
+@pytest.mark.parametrize(("left", "ends_with"), [(5.0, "coulomb_drive"), (6.0, "load_friction")])
+def test_a_rival_is_tried_too_where_what_was_fitted_is_explained_and_what_is_held_out_leaves_more(
+    monkeypatch, left, ends_with
+):
+    effects, _ = with_rounds_of(monkeypatch, "coulomb_drive", "nothing_missing", "load_friction", 400.0, 4.0, left)
+    assert effects == [ends_with]
+
+
+@pytest.mark.parametrize(
+    ("leads", "likelier", "contains", "is_rival"),
+    [(True, False, (), False), (True, True, (), True), (False, False, (), True), (False, True, ("first",), False)],
+)
+def test_a_rival_is_not_led_or_is_likelier_and_contains_no_first(monkeypatch, leads, likelier, contains, is_rival):
+    first = SimpleNamespace(candidate=SimpleNamespace(effect="first"), clearly_leads=lambda other: leads)
+    other = SimpleNamespace(candidate=SimpleNamespace(effect="other"), is_likelier_than=lambda one: likelier)
+    monkeypatch.setattr(one_round, "simpler_than", lambda one: contains)
+    assert one_round._is_rival(other, first) is is_rival
 
 
 def test_where_no_rival_can_stay_the_search_is_what_it_was(monkeypatch):

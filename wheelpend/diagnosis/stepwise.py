@@ -373,7 +373,8 @@ def find_redundant_effect(rounds: Rounds, progress: Progress) -> str | None:
 
     Or with a simpler one in its place, which it contains or approaches: what bends to more was worth naming while the
     others were missing. Else an effect in whose place a simpler one, which was worth naming beside it, leaves a result
-    that is as good. None unless the rounds explain everything but the noise.
+    that is as good; or one that has a simpler one in it and leaves a rest, as that one may not with another effect.
+    None unless the rounds explain everything but the noise.
     """
     if not rounds[-1].is_explained:
         return None
@@ -389,7 +390,19 @@ def find_redundant_effect(rounds: Rounds, progress: Progress) -> str | None:
     least = min(errors, key=errors.__getitem__, default=None)
     if least is not None and errors[least] < (1.0 + MIN_RELATIVE_ERROR_DECREASE) * best.error:
         return least
-    return next((r.named[0].effect for r in rounds if r.named and _is_exchangeable(r, best, progress)), None)
+    named = [r for r in rounds if r.named]
+    exchangeable = next((r.named[0].effect for r in named if _is_exchangeable(r, best, progress)), None)
+    if exchangeable or best.error < MAX_NOISE_LEVEL_ERROR_RATIO * best.problem.floor:
+        return exchangeable
+    return next((r.named[0].effect for r in named if _has_simpler_beside(r, best)), None)
+
+
+def _has_simpler_beside(found: Diagnosis, best: Result) -> bool:
+    """True where the first effect of a round is in the result, and contains one that was worth naming beside it."""
+    first = found.named[0].effect
+    if first not in best.problem.model.effects:
+        return False
+    return not {c.effect for c in found.named[1:]}.isdisjoint(nested_effects(found.problem, first))
 
 
 def _is_exchangeable(found: Diagnosis, best: Result, progress: Progress) -> bool:

@@ -380,7 +380,8 @@ def _with_equivalents(
     close = {
         o.effect
         for o in named
-        if o is not candidate and abs(o.error_after / candidate.error_after - 1.0) <= MAX_EQUIVALENT_ERROR_DIFFERENCE
+        if o is not candidate
+        and abs(o.error_after - candidate.error_after) <= MAX_EQUIVALENT_ERROR_DIFFERENCE * candidate.error_after
     }
     close |= set(full_score_test.twins.get(candidate.effect, ())) | structurally_equivalent(problem, candidate)
     return replace(candidate, equivalent_to=tuple(sorted(close)))

@@ -123,11 +123,12 @@ def moving_part(log: Log, model: Model, horizon: float) -> Log:
     """A log of what nothing drives, until a horizon [s] after it has come to rest; any other log as it is.
 
     That it stops belongs to how it moves. That it goes on standing says no more, and would outvote what moves, as long
-    as it may last: a third of it would be held out, and half of all that is judged be at rest.
+    as it may last: a third of it would be held out, and half of all that is judged be at rest. A swing that noise does
+    not hide is none.
     """
     if model.table.inputs:
         return log
-    rest = rest_begin(log, noise_of(log, model).sigma)
+    rest = rest_begin(log, noise_of(log, model).sigma, share=0.0)
     end = rest + math.ceil(horizon / log.dt)
     if end >= len(log) or log.t[rest] - log.t[0] < MIN_MOVING_HORIZONS * horizon:
         return log

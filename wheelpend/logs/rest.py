@@ -47,15 +47,15 @@ def standstill_times(t: np.ndarray, signal: np.ndarray, band: float) -> list[tup
     return found
 
 
-def rest_begin(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
+def rest_begin(log: Log, sigma: Sequence[float] | np.ndarray, share: float = REST_SHARE) -> int:
     """The first sample after which no channel of noise sigma (channels,) moves until the log ends.
 
-    A channel stands still within a hundredth of its range, or its noise. The number of samples where it moves to the
+    A channel stands still within a ``share`` of its range, or its noise. The number of samples where it moves to the
     end. Of a long log some 400 000 samples are looked at.
     """
     every = max(1, len(log) // EXCERPT_SAMPLES)
     seen = log.measured[::every]
-    still = min(_still_values(values[::-1], own) for values, own in zip(seen.T, sigma, strict=True))
+    still = min(_still_values(values[::-1], own, share) for values, own in zip(seen.T, sigma, strict=True))
     return min(every * (len(seen) - still), len(log)) if still > 1 else len(log)
 
 
@@ -63,17 +63,17 @@ def rest_end(log: Log, sigma: Sequence[float] | np.ndarray) -> int:
     """The first sample, up to which no channel of noise sigma (channels,) has moved since the log began."""
     every = max(1, len(log) // EXCERPT_SAMPLES)
     seen = log.measured[::every]
-    still = min(_still_values(values, own) for values, own in zip(seen.T, sigma, strict=True))
+    still = min(_still_values(values, own, REST_SHARE) for values, own in zip(seen.T, sigma, strict=True))
     return min(every * still, len(log))
 
 
-def _still_values(channel: np.ndarray, sigma: float) -> int:
+def _still_values(channel: np.ndarray, sigma: float, share: float) -> int:
     """How many of a channel's values (n,), from the first on, stay in its band."""
     spread = np.fmax.accumulate(channel) - np.fmin.accumulate(channel)
-    hundredth = REST_SHARE * float(np.nanmax(channel) - np.nanmin(channel))
-    still = int(np.count_nonzero(~(spread > max(hundredth, REST_BAND_SIGMAS * sigma))))  # nothing read: nothing moved
+    part = share * float(np.nanmax(channel) - np.nanmin(channel))
+    still = int(np.count_nonzero(~(spread > max(part, REST_BAND_SIGMAS * sigma))))  # nothing read: nothing moved
     scatter = _growing_deviation(channel[:still])
-    return int(last_true(scatter <= max(MAX_REST_SIGMAS * sigma, hundredth))[-1]) + 1 if still else 0
+    return int(last_true(scatter <= max(MAX_REST_SIGMAS * sigma, part))[-1]) + 1 if still else 0
 
 
 def _growing_deviation(values: np.ndarray) -> np.ndarray:

@@ -126,13 +126,13 @@ def _round_of_supported(
 
 
 def _is_rival(one: Judged, first: Judged) -> bool:
-    """True of an effect that does as well as the first in some way and worse in another, and does not contain it.
+    """True of an effect that the first does not clearly lead, and that does not contain it.
 
-    Or that is likelier: of few blocks the lead over the horizon may be chance.
+    Or that is likelier: of few blocks the lead over the horizon may be chance. What data do not tell from the first is
+    one too, since with the next effect they may.
     """
     contains = first.candidate.effect in simpler_than(one)
-    led = first.clearly_leads(one) and not one.is_likelier_than(first)
-    return not contains and not led and not one.is_like(first)
+    return not contains and (one.is_likelier_than(first) or not first.clearly_leads(one))
 
 
 def _displaced(model: FilteredModel, judged: Sequence[Judged], added: Collection[str], progress: Progress) -> str:
@@ -246,7 +246,7 @@ def _can_stay(larger: FilteredModel, model: FilteredModel, added: Collection[str
 
 def _is_replaced(effect: str, model: FilteredModel, larger: FilteredModel) -> bool:
     """True where what is in the larger model besides is likelier without an effect than the model with it."""
-    other = without_effect(larger, effect)
+    other = without_effect(larger, effect, amid=model.point.sources)
     return other is not None and other.deviance < model.deviance
 
 

@@ -101,12 +101,20 @@ def _started(
     return started
 
 
-def without_effect(model: FilteredModel, effect: str) -> FilteredModel | None:
-    """The model with one effect less, refitted from where it is; None where that cannot be simulated."""
+def without_effect(model: FilteredModel, effect: str, amid: Sequence[Sources] = ()) -> FilteredModel | None:
+    """The model with one effect less, refitted from where it is; None where that cannot be simulated.
+
+    One more refit begins ``amid`` other random sources, of each log: without any a long free swing holds the parameters
+    where they are, however little is taken out.
+    """
     effects = [e for e in model.problem.model.effects if e != effect]
     problem = model.problem.with_effects(effects)
     log_values = [values_of_model_effects(problem, values) for values in model.log_values]
-    found = _likeliest_refit(replace(model, problem=problem), [log_values])
+    begun = _begun_refit(replace(model, problem=problem), [log_values])
+    if amid:
+        freer = _best_begun(problem, _ranking_estimators(problem, [log_values]), amid)
+        begun = BegunRefit((*begun.models, freer))
+    found = begun.ended()
     return found and refined(found)
 
 
