@@ -11,12 +11,12 @@ SHAFT = Model.parse('plant = "shaft"\n')
 
 @pytest.mark.slow
 def test_a_limit_and_dry_friction_are_told_though_friction_that_grows_with_the_load_does_as_well_alone():
-    levels = [2.6, -1.4, 2.9, -2.7, 1.2, -2.3, 2.8, -1.8]
-    log = shaft_log(200.0, np.repeat(levels, 100), 4096, 0.0104, 0.0806, dry=0.611, limit=2.108)
+    levels = [2.9452, 1.7216, -2.2723, -1.6454, 1.601, 2.501, -0.8771, 1.7142, -2.1197, 0.2504]
+    log = shaft_log(200.0, np.repeat(levels, 87)[:800], 4096, 0.010433, 0.080648, dry=0.61133, limit=2.10835)
     ladder = explain(SHAFT, [log])
     assert {s.effect for s in ladder.steps} == {"coulomb_drive", "voltage_saturation"}
-    assert ladder.parameters["coulomb_drive.torque"].value == pytest.approx(0.611, rel=0.02)
-    assert ladder.parameters["voltage_saturation.limit"].value == pytest.approx(2.108, rel=0.002)
+    assert ladder.parameters["coulomb_drive.torque"].value == pytest.approx(0.61133, rel=0.02)
+    assert ladder.parameters["voltage_saturation.limit"].value == pytest.approx(2.10835, rel=0.002)
     assert ladder.verdict != "unexplained" and ladder.error < 1.1 * ladder.noise_floor
 
 
