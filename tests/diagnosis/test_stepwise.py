@@ -86,6 +86,40 @@ def test_what_does_not_reach_the_noise_is_left_as_it_is(begun):
     assert not rounds[-1].is_explained and stepwise.find_redundant_effect(rounds, print) is None
 
 
+def of_sizes(effect, count):
+    return SimpleNamespace(effect=effect, coefficients=dict.fromkeys(range(count), 0.1), equivalent_to=())
+
+
+@pytest.mark.parametrize(("error", "redundant"), [(1.0, "quadratic_drive"), (1.3, None)])
+def test_an_effect_is_exchanged_for_a_simpler_one_of_its_round_that_does_as_well(begun, monkeypatch, error, redundant):
+    rounds = climbed(begun, "quadratic_drive", "coulomb_drive", "slope")
+    rounds[0].named = (of_sizes("quadratic_drive", 2), of_sizes("viscous_asymmetry", 1))
+    monkeypatch.setattr(stepwise, "nested_effects", lambda problem, effect: [])
+    best = stepwise.best_result(rounds).error
+
+    def reduced(problem, effects, fitted):
+        left = error if "viscous_asymmetry" in effects else 2.0  # without any in its place it is needed
+        return stepwise.Result(left * best, problem, fitted)
+
+    monkeypatch.setattr(stepwise, "reduced_model", reduced)
+    assert stepwise.find_redundant_effect(rounds, print) == redundant
+
+
+@pytest.mark.parametrize(("floor_share", "redundant"), [(0.95, "stribeck_drive"), (1.0, None)])
+def test_a_shape_that_contains_a_simpler_one_is_doubted_where_it_leaves_more_than_noise(
+    begun, monkeypatch, floor_share, redundant
+):
+    rounds = climbed(begun, "coulomb_drive", "slope")
+    rounds[0].named, rounds[0].problem = (of_sizes("stribeck_drive", 3), of_sizes("coulomb_drive", 3)), begun[0]
+    last = rounds[-1]
+    last.problem = last.problem.with_effects(["stribeck_drive", "slope"])
+    result = stepwise.Result(1.0, SimpleNamespace(floor=floor_share, model=last.problem.model), last.fit)
+    monkeypatch.setattr(stepwise, "best_result", lambda rounds: result)
+    result.problem.with_effects = last.problem.with_effects
+    monkeypatch.setattr(stepwise, "reduced_model", lambda problem, effects, fitted: result._replace(error=2.0))
+    assert stepwise.find_redundant_effect(rounds, print) == redundant
+
+
 def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_far(begun, monkeypatch):
     whole = climbed(begun, "quadratic_drive", "coulomb_drive", "slope")
     barred = []

@@ -98,6 +98,15 @@ def test_what_nothing_drives_is_judged_until_a_horizon_after_it_stops_if_it_move
     assert any("comes to rest before" in w for w in problem.warnings) == (end < 6.0)
 
 
+def test_a_swing_that_is_small_and_not_hidden_by_noise_is_judged_too():
+    log = swinging_until(6.0)
+    noise = 1e-4 * np.random.default_rng(1).normal(size=len(log))
+    decaying = replace(log, measured=(0.5 * np.exp(-2.0 * log.t) * np.cos(8.0 * log.t) + noise)[:, None])
+    problem = prepare(Model.parse('plant = "pendulum"\n'), [decaying], lean=True)
+    judged = {*samples(problem.data.estimation[0]), *samples(problem.data.validation[0].part)}
+    assert 3.4 < log.t[max(judged)] < 5.0  # a hundredth of its range is left at 2.3 s, its noise at 3.7 s
+
+
 def test_a_driven_machine_that_stands_still_is_judged_to_the_end_of_its_log_as_that_tells_what_holds_it():
     log = swinging_until(4.2, plant="slide")
     held = prepare(Model.parse('plant = "slide"\n'), [log], lean=True).data.validation[0].part

@@ -5,6 +5,7 @@ right, how fast is it, and does it agree with what is published about measured m
 
 hidden_effects  hit rate of the diagnosis on logs with hidden effects
 random_force    precision, intervals and random forces of the filter-error method
+benches         all that is missing named, on machines that no code of the tool simulates
 probabilities   whether the probabilities of a diagnosis mean what they say
 fleets          whether a campaign finds the units of a fleet that aged
 speed           times beside peers, and growth of time and memory

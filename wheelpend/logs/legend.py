@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 from wheelpend.logs.units import is_unit
 
-NUMBERED = re.compile(r"(?:col(?:umn)?s?\b)?\W*(?P<numbers>\d+(?:[\s,]+\d+)*)[\s.:)=-]+(?P<text>\D.*)", re.IGNORECASE)
+NUMBERED_LINE = re.compile(
+    r"(?:col(?:umn)?s?\b)?\W*(?P<numbers>\d+(?:[\s,]+\d+)*)[\s.:)=-]+(?P<text>\D.*)", re.IGNORECASE
+)
 SAMPLE_WITH_UNIT = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?\s+(?P<word>[A-Za-z/]+)")
-SAMPLE = re.compile(r"\(?(?<![\w.])[-+]?\d+(?:\.\d*)?(?!\w)\)?")  # a value of the first row, put in for an example
-BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
+SAMPLE_VALUE = re.compile(r"\(?(?<![\w.])[-+]?\d+(?:\.\d*)?(?!\w)\)?")  # of the first row, for an example
+BRACKETED_UNIT = re.compile(r"[\[(]([^\[\]()]*)[\])]")
 
 
 def names_of_legend(comments: Sequence[str], width: int) -> list[str]:
@@ -20,7 +22,7 @@ def names_of_legend(comments: Sequence[str], width: int) -> list[str]:
     """
     names: list[str] = []
     for line in comments:
-        if not (found := NUMBERED.fullmatch(line)):
+        if not (found := NUMBERED_LINE.fullmatch(line)):
             continue
         numbers = [int(n) for n in re.findall(r"\d+", found["numbers"])]
         if numbers == list(range(len(names) + 1, len(names) + len(numbers) + 1)):
@@ -31,8 +33,8 @@ def names_of_legend(comments: Sequence[str], width: int) -> list[str]:
 def names_of_entry(text: str, count: int) -> list[str]:
     """The names of so many columns that one entry of a legend tells of, each with its unit in brackets."""
     said = SAMPLE_WITH_UNIT.sub(lambda m: f"[{m['word']}]" if is_unit(m["word"]) else m["word"], text.split(":")[0])
-    said = SAMPLE.sub("", said)
-    bare, units = BRACKETS.sub(" ", said), BRACKETS.findall(said)
+    said = SAMPLE_VALUE.sub("", said)
+    bare, units = BRACKETED_UNIT.sub(" ", said), BRACKETED_UNIT.findall(said)
     parts = [" ".join(part.split()) for part in bare.split(",")] if count > 1 else [" ".join(bare.split())]
     if len(parts) != count:  # one name for all
         parts = [f"{' '.join(parts)} {k}" for k in range(1, count + 1)]

@@ -1,0 +1,80 @@
+"""The study of benches: its machines move as closed forms say, and its counts are those of its outcomes."""
+
+import numpy as np
+import pytest
+
+from wheelpend.benchmarks.benches.cases import MACHINE_KINDS, made, plan
+from wheelpend.benchmarks.benches.machines import Bench, counted, motion
+from wheelpend.benchmarks.benches.page import page_text
+from wheelpend.benchmarks.benches.runner import run
+from wheelpend.benchmarks.benches.trial import Outcome
+
+
+def test_a_shaft_gathers_speed_as_its_closed_form_says_and_stands_where_friction_holds_it():
+    drive = np.full(200, 3.0)
+    t, speed, tau = np.arange(200) * 0.01, 2.5 / 0.1, 0.02 / 0.1
+    angles = motion(Bench(0.02, viscous=0.1, dry=0.5), 0.01, drive)
+    assert angles == pytest.approx(speed * (t - tau * (1.0 - np.exp(-t / tau))), abs=2e-3)
+    assert not motion(Bench(0.02, viscous=0.1, dry=3.1), 0.01, drive).any()
+
+
+def test_a_link_without_friction_keeps_its_energy_and_dry_friction_takes_four_times_itself_a_period():
+    free = motion(Bench(0.02, 1.0), 0.005, np.zeros(2000), 0.3)
+    assert np.abs(free[-200:]).max() == pytest.approx(0.3, abs=1e-4)
+    rubbed = motion(Bench(0.02, 1.0, dry=0.01), 0.005, np.zeros(2000), 0.3)
+    turns = np.abs(rubbed[1:-1][np.diff(np.sign(np.diff(rubbed))) != 0])
+    assert np.diff(turns[:6]) == pytest.approx(-0.02, abs=2e-3)  # of half a period, of a swing with sin θ near θ
+    assert np.ptp(rubbed[-100:]) == 0.0 and abs(rubbed[-1]) <= 0.0101
+
+
+def test_cases_are_drawn_alike_each_time_and_hold_what_they_hide():
+    cases = plan(30)
+    assert [c.kind for c in cases[:3]] == list(MACHINE_KINDS)
+    for case in cases:
+        bench = made(case)
+        assert np.array_equal(bench.log.measured, made(case).log.measured)
+        assert np.isfinite(bench.log.measured).all() and set(bench.hidden) <= set(_sizes(case.kind))
+    assert 20 <= sum(len(made(c).hidden) for c in cases) <= 60
+
+
+def _sizes(kind):
+    swing = ("viscous_drive.coefficient", "coulomb_drive.torque", "quadratic_drive.coefficient", "encoder_zero.bias")
+    driven = ("coulomb_drive.torque", "actuator_delay.delay", "voltage_saturation.limit")
+    return swing if kind == "swing" else (*driven, swing[2] if kind == "motor" else swing[3])
+
+
+def test_an_encoder_rounds_to_its_counts():
+    assert counted(np.array([0.0, 0.9, 1.1]) * 2 * np.pi / 8, 8) == pytest.approx(np.array([0, 1, 1]) * 2 * np.pi / 8)
+
+
+OUTCOMES = [
+    Outcome("000 swing", {"coulomb_drive.torque": 0.1}, "nothing_missing", (("coulomb_drive", ()),),
+            {"coulomb_drive.torque": (0.12, 0.01)}, 1.0),
+    Outcome("001 motor", {"coulomb_drive.torque": 0.1}, "ambiguous",
+            (("stribeck_drive", ("coulomb_drive",)),), {}, 1.0),
+    Outcome("002 driven pendulum", {"encoder_zero.bias": 0.1}, "unexplained", (("tether_spring", ()),), {}, 2.0),
+    Outcome("003 swing", failure="too short"),
+]  # fmt: skip
+
+
+def test_outcomes_are_counted_and_what_is_wrong_is_listed():
+    assert [(o.missed, o.wrong, o.far_off) for o in OUTCOMES[:3]] == [
+        (set(), [], []), (set(), [], []), ({"encoder_zero"}, ["tether_spring"], []),
+    ]  # fmt: skip
+    text = page_text(OUTCOMES)
+    assert "3 of 120 planned logs. 1 more could not be explained." in text
+    assert "| 002 driven pendulum | `encoder_zero.bias` 0.1 | `tether_spring` | `unexplained` |" in text
+    assert "| 001 motor |" not in text and "| all | 3 | 2 of 3" in text and "| 1 of 3, " in text
+
+
+def test_a_run_goes_on_where_it_was_interrupted(tmp_path):
+    tried = []
+
+    def attempt(case):
+        tried.append(case.key)
+        return Outcome(case.key)
+
+    cases = plan(4)
+    run(tmp_path, cases[:2], jobs=1, progress=lambda line: None, attempt=attempt)
+    found = run(tmp_path, cases, jobs=1, progress=lambda line: None, attempt=attempt)
+    assert [o.key for o in found] == [c.key for c in cases]
