@@ -42,7 +42,7 @@ CHAPTERS = {
     ),
     "Measured machines": ("emps", "robot", "pendulum", "servo", "arm"),
     "How it works, and how far to trust it": (
-        "method", "statistics", "trust", "benchmark", "performance", "paper", "reproduction", "architecture",
+        "method", "statistics", "benches", "trust", "benchmark", "performance", "paper", "reproduction", "architecture",
     ),
     "Reference": ("reference", "/CHANGELOG", "/SECURITY", "/data/README"),
 }  # fmt: skip

@@ -224,6 +224,7 @@ def test_where_nothing_is_certain_but_nothing_missing_improbable_something_is_un
         ({"X1": LOST, "encoder_scale.scale": KNOWN}, 20.0, (), "unexplained"),  # a sensor's error is not the machine's
         ({"X1": LOST, "X2": KNOWN}, 20.0, (), "nothing_missing"),
         ({"X1": LOST}, 1.05, (), "nothing_missing"),  # only noise is left
+        ({"X1": LOST}, 0.3, (), "unexplained"),  # far less than that: its noise is not known
         ({"X1": LOST}, 20.0, ("slope",), "nothing_missing"),
     ],
 )

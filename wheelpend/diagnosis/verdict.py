@@ -33,7 +33,7 @@ from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_L
 from wheelpend.estimation.estimate import ESTIMATE_COLUMNS, Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
-from wheelpend.estimation.noise_alarm import overstated_noise
+from wheelpend.estimation.noise_alarm import MAX_ERROR_FLOOR_RATIO, overstated_noise
 from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.estimation.problem import EstimationProblem, narrower_effects
 from wheelpend.estimation.validation import fit_percent, unpredicted_share, validation_residuals
@@ -301,11 +301,12 @@ def where_chance_does_not_explain(found: Diagnosis) -> Diagnosis:
 
 
 def where_nothing_is_determined(found: Diagnosis, table: Mapping[str, Estimate]) -> Diagnosis:
-    """A diagnosis that names no effect, as unexplained where more than noise is left and its logs determine nothing.
+    """A diagnosis that names no effect, as unexplained where its logs determine nothing and leave more than noise.
 
-    Nothing is then known to be missing, and nothing to be there.
+    Or far less than it, as σ is overstated then. Nothing is known to be missing, and nothing to be there.
     """
-    at_noise = found.error <= MAX_EXPLAINED_ERROR_RATIO * found.noise_floor
+    ratio = found.error / found.noise_floor
+    at_noise = MAX_ERROR_FLOOR_RATIO <= ratio <= MAX_EXPLAINED_ERROR_RATIO
     if at_noise or found.named or not determine_nothing(table, found.problem.plant):
         return found
     return replace(found, verdict="unexplained", detectable={}, determines_nothing=True)
