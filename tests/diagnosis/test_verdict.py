@@ -224,12 +224,16 @@ def test_where_nothing_is_certain_but_nothing_missing_improbable_something_is_un
         ({"X1": LOST, "encoder_scale.scale": KNOWN}, 20.0, (), "unexplained"),  # a sensor's error is not the machine's
         ({"X1": LOST, "X2": KNOWN}, 20.0, (), "nothing_missing"),
         ({"X1": LOST}, 1.05, (), "nothing_missing"),  # only noise is left
+        ({"X1": LOST}, 0.88, (), "nothing_missing"),  # by chance
         ({"X1": LOST}, 0.3, (), "unexplained"),  # far less than that: its noise is not known
         ({"X1": LOST}, 20.0, ("slope",), "nothing_missing"),
     ],
 )
 def test_logs_that_determine_nothing_do_not_say_that_nothing_is_missing(table, error, named, verdict):
-    problem = SimpleNamespace(plant=Model.default().plant_signature)
+    part = SimpleNamespace(bounds=[(0, 100)], values=100)
+    data = SimpleNamespace(held_out=[part])
+    module = SimpleNamespace(NQ=1)
+    problem = SimpleNamespace(plant=Model.default().plant_signature, floor=1.0, data=data, module=module)
     fields = {"verdict": "nothing_missing", "error": error, "noise_floor": 1.0, "named": named, "problem": problem,
               "detectable": {"slope": {}}, "determines_nothing": False}  # fmt: skip
     found = where_nothing_is_determined(make_dataclass("Blank", [*fields])(*fields.values()), table)

@@ -98,6 +98,28 @@ def test_what_nothing_drives_is_judged_until_a_horizon_after_it_stops_if_it_move
     assert any("comes to rest before" in w for w in problem.warnings) == (end < 6.0)
 
 
+def test_a_swing_that_is_lost_and_not_at_rest_is_judged_as_it_is():
+    log = swinging_until(6.0)
+    lost = replace(log, measured=np.where(log.t[:, None] > 4.0, np.nan, log.measured))
+    assert not any(
+        "comes to rest" in w for w in prepare(Model.parse('plant = "pendulum"\n'), [lost], lean=True).warnings
+    )
+
+
+@pytest.mark.parametrize(("held", "swings", "left"), [(2.0, 2.0, True), (2.0, 0.8, False)])
+def test_of_a_swing_that_is_held_first_a_third_of_the_motion_is_held_out(held, swings, left):
+    t = np.arange(0.0, 8.0, 0.01)
+    place = 0.5 * np.cos(8.0 * np.clip(t - held, 0.0, swings)) + 1e-4 * np.random.default_rng(1).normal(size=len(t))
+    problem = prepare(
+        Model.parse('plant = "pendulum"\n'),
+        [Log("held.csv", t, np.zeros(len(t)), place[:, None], ("theta_1",))],
+        lean=True,
+    )
+    begin = t[min(samples(problem.data.validation[0].part))]
+    assert held + 0.5 * swings < begin < held + 0.85 * swings
+    assert any("comes to rest" in w for w in problem.warnings) == left
+
+
 def test_a_swing_that_is_small_and_not_hidden_by_noise_is_judged_too():
     log = swinging_until(6.0)
     noise = 1e-4 * np.random.default_rng(1).normal(size=len(log))

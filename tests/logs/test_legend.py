@@ -16,10 +16,17 @@ ROBOT = """%% logfile from robot 5
 % interval = 30
 """
 NAMES = [
-    "time [sec]", "mission state", "Acc x [m/s2]", "Acc y [m/s2]", "Motor voltage left [V]", "Motor voltage right [V]",
+    "time [sec]", "mission (2) state 2", "Acc x [m/s2]", "Acc y [m/s2]", "Motor voltage left [V]",
+    "Motor voltage right [V]",
     "Pose h [rad]", "Pose tilt [m]", "Get data time 1 [us]", "Get data time 2 [us]", "Balance pitch ref [rad]",
     "vel ref [m/s]",
 ]  # fmt: skip
+
+
+def test_columns_that_a_comment_lists_go_before_remarks_that_are_numbered(tmp_path):
+    head = "# Columns: t x\n# 1. t was read late\n# 2. camera at 2 m\n"
+    (tmp_path / "two.log").write_text(head + "".join(f"{k / 10} {k}\n" for k in range(30)))
+    assert csv_layout(tmp_path / "two.log").names == ["t", "x"]
 
 
 def test_a_file_whose_comments_number_its_columns_has_their_names_and_units(tmp_path):
@@ -29,10 +36,14 @@ def test_a_file_whose_comments_number_its_columns_has_their_names_and_units(tmp_
 
 
 @pytest.mark.parametrize(("comments", "names"), [
-    (["column 1: time [s]", "column 2: angle (deg)"], ["time [s]", "angle [deg]"]),
+    (["column 1: time [s]", "column 2: angle (deg)"], ["time [s]", "angle (deg)"]),
+    (["1 March 2024", "1 time [s]", "2 joint 2 angle [rad]"], ["time [s]", "joint 2 angle [rad]"]),
+    (["1. released by hand", "2. camera at 2 m"], []),
+    (["1 kHz log of the motor", "2 links"], []),
+    ([f"{'9' * 5000} t"], []),
     (["Col 1 = t", "a word between", "Col 2 = duty"], ["t", "duty"]),
     (["1. t", "3. duty"], []),  # what the second is is not said
-    (["1. t", "2. t"], []),  # one of both is called otherwise
+    (["1. time", "2. time"], []),  # one of both is called otherwise
     (["1. t", "2. duty", "3. speed"], []),  # of another file
     (["2021-01-05 10:00", "12 runs of the motor"], []),
 ])  # fmt: skip

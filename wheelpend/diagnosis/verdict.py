@@ -33,7 +33,7 @@ from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_L
 from wheelpend.estimation.estimate import ESTIMATE_COLUMNS, Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
-from wheelpend.estimation.noise_alarm import MAX_ERROR_FLOOR_RATIO, overstated_noise
+from wheelpend.estimation.noise_alarm import is_overstated, overstated_noise
 from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.estimation.problem import EstimationProblem, narrower_effects
 from wheelpend.estimation.validation import fit_percent, unpredicted_share, validation_residuals
@@ -77,7 +77,7 @@ class Diagnosis(DrawnResult):
     is_doubtful: bool = False  # True where it is likelier that one more effect is missing than that none is
     steps: tuple[str, ...] = ()  # effects that were added in turn while the search looked for the rest
     error_with_steps: float | None = None  # that they leave
-    determines_nothing: bool = False  # True where more than noise is left, and the logs determine no parameter
+    determines_nothing: bool = False  # True where no noise alone is left, and the logs determine no parameter
     by_likelihood: bool = False  # True where effects were judged with a random force: sensor noise is out of reach
 
     @staticmethod
@@ -305,8 +305,9 @@ def where_nothing_is_determined(found: Diagnosis, table: Mapping[str, Estimate])
 
     Or far less than it, as σ is overstated then. Nothing is known to be missing, and nothing to be there.
     """
-    ratio = found.error / found.noise_floor
-    at_noise = MAX_ERROR_FLOOR_RATIO <= ratio <= MAX_EXPLAINED_ERROR_RATIO
+    problem = found.problem
+    at_noise = found.error <= MAX_EXPLAINED_ERROR_RATIO * found.noise_floor
+    at_noise = at_noise and not is_overstated(problem, found.error, problem.data.held_out)
     if at_noise or found.named or not determine_nothing(table, found.problem.plant):
         return found
     return replace(found, verdict="unexplained", detectable={}, determines_nothing=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
@@ -20,7 +19,7 @@ from wheelpend.estimation.problem import EstimationProblem, carries_over, why_no
 from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.checks import check_interval, check_motion, check_sensors_act
-from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds, shortest_segment
+from wheelpend.logs.log import MAX_WARM_UP_SHARE, REST_SHARE, Log, segment_bounds, shortest_segment
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
 from wheelpend.logs.read import load_log
@@ -34,6 +33,7 @@ EVENT_MARGIN_HORIZON_SHARE = 0.05  # of the horizon: an event so near to a segme
 COUPLED_SEGMENTS_PER_RUN = 10  # short segments taken in a row where the model couples each to the one before
 MIN_MOVING_HORIZONS = 3.0  # of motion, for two to be fitted to and one to be held out
 MAX_STILL_SHARE = 0.5  # of a log's last third: where the machine stands still for more of it, more is held out
+LEFT_OUT_REST = "what is behind that tells no law from another, and is left out"
 INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motion
 
 
@@ -98,7 +98,10 @@ def prepare(
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
     words = model.plant_signature.words
     keep_all = use_all or bool(validation_logs)
-    begins = [len(log) if keep_all else held_out_begin(log, noise[k], horizon) for k, log in enumerate(loaded)]
+    begins = [
+        len(log) if keep_all else held_out_begin(log, noise[k], horizon, drives=bool(model.table.inputs))
+        for k, log in enumerate(loaded)
+    ]
     split = _split_logs(loaded, noise, horizon, words, begins)
     held_out = zip(validation_logs, noise[len(loaded) :], strict=True)
     given = [_validation_data_of_log(log, own, horizon, words) for log, own in held_out]
@@ -126,14 +129,17 @@ def moving_part(log: Log, model: Model, horizon: float) -> Log:
     as it may last: a third of it would be held out, and half of all that is judged be at rest. A swing that noise does
     not hide is none.
     """
-    if model.table.inputs:
+    if model.table.inputs or log.has_said(LEFT_OUT_REST):
         return log
-    rest = rest_begin(log, noise_of(log, model).sigma, share=0.0)
-    end = rest + math.ceil(horizon / log.dt)
-    if end >= len(log) or log.t[rest] - log.t[0] < MIN_MOVING_HORIZONS * horizon:
+    sigma = noise_of(log, model).sigma
+    begin, rest = rest_end(log, sigma), rest_begin(log, sigma, share=0.0)
+    if rest >= len(log) or log.t[rest] - log.t[min(begin, rest)] < MIN_MOVING_HORIZONS * horizon:
         return log
+    end = int(np.searchsorted(log.t, log.t[rest] + horizon))
+    if not np.isfinite(log.measured[end:]).any(axis=0).all():
+        return log  # it ends there, or what was not read may move
     said = (f"nothing drives the {model.plant_signature.words.machine}, which comes to rest before t = "
-            f"{log.t[end]:.3g} s: what is behind that tells no law from another, and is left out.")  # fmt: skip
+            f"{log.t[end]:.3g} s: {LEFT_OUT_REST}.")  # fmt: skip
     return replace(log.part(0, end), warnings=(*log.warnings, said))
 
 
@@ -206,19 +212,20 @@ def _split_logs(
     return DataSplit(tuple(estimation), tuple(validation))
 
 
-def held_out_begin(log: Log, noise: Noise, horizon: float) -> int:
+def held_out_begin(log: Log, noise: Noise, horizon: float, *, drives: bool = True) -> int:
     """The first sample that is held out: two thirds of a log, or of what moves where it stands still for the rest.
 
     A machine at rest follows hardly any law, and tells none from another. What moves for less than three times the
-    horizon [s] is not divided where the log ends with a rest. Raises Failure where nothing moves before what is
-    held out, nor for long enough behind that.
+    horizon [s] is not divided where the log ends with a rest. Of a machine that nothing ``drives`` a rest at its log's
+    end has been cut, and any that is left counts. Raises Failure where nothing moves before what is held out, nor for
+    long enough behind that.
     """
-    first, third, rest = log.first_read, _last_third(log), rest_begin(log, noise.sigma)
-    stands_still = len(log) - rest > MAX_STILL_SHARE * (len(log) - third)
+    first, third, rest = log.first_read, _last_third(log), rest_begin(log, noise.sigma, REST_SHARE if drives else 0.0)
+    stands_still = len(log) - rest > (MAX_STILL_SHARE * (len(log) - third) if drives else 0)
     moves = log.t[min(rest, len(log) - 1)] - log.t[first] >= MIN_MOVING_HORIZONS * horizon
     split = min(first + (rest - first) * 2 // 3, third) if stands_still and moves else third
     moving = max(rest_end(log, noise.sigma), first)
-    if moving - first <= MAX_STILL_SHARE * (third - first) or moving >= rest:
+    if moving - first <= MAX_STILL_SHARE * (split - first) or moving >= rest:
         return split
     end = rest if stands_still else len(log)
     later = moving + (end - moving) * 2 // 3

@@ -23,13 +23,10 @@ def overstated_noise(
 
     ``residuals`` (N, channels) [σ] of the segments, where they are at hand, tell in which channels.
     """
-    ratio = error / problem.floor
-    states = 2 * problem.module.NQ * sum(len(s.bounds) for s in segments)
-    values = sum(s.values for s in segments)
-    count = max(values - states, 1)
-    chance = MIN_CHANCE_SIGMAS * np.sqrt(2.0 / count)
-    if not ratio < MAX_ERROR_FLOOR_RATIO or 1.0 - ratio**2 < chance:
+    if not is_overstated(problem, error, segments):
         return ()
+    states, values = _states_and_values(problem, segments)
+    count = max(values - states, 1)
     quiet = _quiet_channels(segments, residuals, values / count)
     where = f" ({', '.join(f'{name} {size:.2g} σ' for name, (size, _) in quiet.items())})" if quiet else ""
     return (
@@ -38,6 +35,18 @@ def overstated_noise(
         "that, and channels that were filtered or fused before they were logged. Compare [sensors] with what "
         f"`wheelpend inspect` finds, and state the noise of such channels{_stated_text(quiet)}.",
     )
+
+
+def is_overstated(problem: EstimationProblem, error: float, segments: Sequence[Segments]) -> bool:
+    """True of an error [σ] on some segments that is well below the noise floor, and not by chance."""
+    ratio, (states, values) = error / problem.floor, _states_and_values(problem, segments)
+    chance = MIN_CHANCE_SIGMAS * np.sqrt(2.0 / max(values - states, 1))
+    return ratio < MAX_ERROR_FLOOR_RATIO and bool(1.0 - ratio**2 >= chance)
+
+
+def _states_and_values(problem: EstimationProblem, segments: Sequence[Segments]) -> tuple[int, int]:
+    """How many start states some segments have, and readings."""
+    return 2 * problem.module.NQ * sum(len(s.bounds) for s in segments), sum(s.values for s in segments)
 
 
 def _stated_text(quiet: Mapping[str, tuple[float, float]]) -> str:

@@ -165,7 +165,8 @@ def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
     table = ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, chosen)))
     own, rates = table.places, {survey.column(r).of: r for r in survey.of_role("rate")}
     places = [*survey.of_role("position"), *(c for c in rates if survey.column(c).role == "further")]
-    places = [c for c in places if survey.base_of(c) in ("", *(table.units[n] for n in own))]
+    if all(table.units[n] == "rad" for n in own):
+        places = [c for c in places if survey.base_of(c) != "m"]
     named = {n: c for n, c in guess_columns(places, own, table).items() if c}
     with_rate = [a for a in table.rates.values() if a in own and a not in named]
     named |= dict(zip(with_rate, [c for c in places if c in rates and c not in named.values()], strict=False))

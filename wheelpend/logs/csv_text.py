@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from wheelpend.errors import Failure
-from wheelpend.logs.legend import names_of_legend
+from wheelpend.logs.legend import CLOCK_HEADERS, names_of_legend
 from wheelpend.logs.units import BRACKETED_TEXT, is_unit, plain_unit
 
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
@@ -26,7 +26,6 @@ LABELLED_NAMES = re.compile(  # "Columns: t x y", in the languages of most logs
     r"[^:]{0,20}:\s*(?P<names>.+)",
     re.IGNORECASE,
 )
-CLOCK_HEADERS = ("t", "time", "tiempo", "tempo", "temps", "zeit", "timestamp", "ms", "t_ms", "time_ms", "millis")
 
 
 class CsvLayout(NamedTuple):
@@ -255,11 +254,11 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
         return last
     if fitting[-1]:
         return last[-1:]
-    if legend := names_of_legend([comment_text(line, "") for line in above], width):
-        return [Line(0, legend)]
     labelled = (m["names"] for line in reversed(above) if (m := LABELLED_NAMES.fullmatch(comment_text(line, ""))))
     written = (split_cells(names, s) for names in labelled for s in SEPARATORS)
-    return next(([Line(0, cells)] for cells in written if len(cells) == width and are_names(cells)), [])
+    found = next((cells for cells in written if len(cells) == width and are_names(cells)), [])
+    names = found or names_of_legend([comment_text(line, "") for line in above], width)
+    return [Line(0, names)] if names else []
 
 
 def are_names(cells: Sequence[str]) -> bool:

@@ -118,18 +118,19 @@ def _round_of_supported(
         first = _as_settled(base, one, ended)
         known = [first if j.candidate.effect == effect else j for j in judged]
         found = _diagnosis(base, [first, *behind], _with_evidence_of(worth, known), progress)
-        rivals = [j for j in behind if _is_rival(j, one)]
-        rest = [first, *(j for j in behind if not _is_rival(j, one))]
+        twins = structurally_equivalent(base.model.problem, one.candidate)
+        rivals = [j for j in behind if j.candidate.effect not in twins and _is_rival(j, one)]
+        rest = [first, *(j for j in behind if j.candidate.effect not in _effects_of(rivals))]
         instead = partial(_round_of_supported, base, rivals, rest, known, worth, added, progress)
         return Round((found,), base.model, gone_on_with(larger), instead=instead if rivals else None)
     return None
 
 
 def _is_rival(one: Judged, first: Judged) -> bool:
-    """True of an effect that the first does not clearly lead, and that does not contain it.
+    """True of an effect that does not contain the first, and that this does not clearly lead, or that is likelier.
 
-    Or that is likelier: of few blocks the lead over the horizon may be chance. What data do not tell from the first is
-    one too, since with the next effect they may.
+    Of few blocks the lead over the horizon may be chance. What data do not tell from the first is one too, since with
+    the next effect they may.
     """
     contains = first.candidate.effect in simpler_than(one)
     return not contains and (one.is_likelier_than(first) or not first.clearly_leads(one))

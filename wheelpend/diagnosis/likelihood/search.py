@@ -10,6 +10,7 @@ import derive
 from derive.effects import DryForce
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
+from wheelpend.diagnosis.likelihood.judgement import MIN_TOLD_GAIN
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
 from wheelpend.diagnosis.likelihood.one_round import Round, one_round
 from wheelpend.diagnosis.likelihood.refits import (
@@ -87,7 +88,8 @@ def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progres
         return path.rounds
     rival = _to_the_end(path.begun, before, other, is_done, progress)
     worse = rival.rounds[-1].error > path.rounds[-1].error
-    return path.rounds if worse or rival.judged.deviance >= path.judged.deviance else rival.rounds
+    likelier = rival.judged.deviance < path.judged.deviance - 2.0 * MIN_TOLD_GAIN
+    return rival.rounds if likelier and not worse else path.rounds
 
 
 def _to_the_end(
