@@ -242,11 +242,16 @@ class Ended:
     detectable: dict = field(default_factory=dict)
 
 
-def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: float, error: float, left: float = 5.0):
-    """Effects and verdict that a search ends with whose first effect has a rival, of a likelihood and error."""
+def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: float, error: float, left: float = 5.0,
+                   gain: float = 1.0):  # fmt: skip
+    """Effects and verdict that a search ends with whose first effect has a rival, of a likelihood and error.
+
+    Held-out data gain so much by the rival, and 1 by the first.
+    """
 
     def found(effects, verdict, after):
-        return Ended([SimpleNamespace(effect=e, held_out_gain=1.0) for e in effects], verdict, after)
+        gains = {first: 1.0, rival: gain}
+        return Ended([SimpleNamespace(effect=e, held_out_gain=gains[e]) for e in effects], verdict, after)
 
     def model(likely):
         problem = SimpleNamespace(model=SimpleNamespace(effects=()))
@@ -301,6 +306,12 @@ def test_a_rival_is_not_led_or_is_likelier_and_contains_no_first(monkeypatch, le
     other = SimpleNamespace(candidate=SimpleNamespace(effect="other"), is_likelier_than=lambda one: likelier)
     monkeypatch.setattr(one_round, "simpler_than", lambda one: contains)
     assert one_round._is_rival(other, first) is is_rival
+
+
+@pytest.mark.parametrize(("gain", "ends_with"), [(0.9, "coulomb_drive"), (1.1, "load_friction")])
+def test_a_rival_with_which_held_out_data_are_less_likely_does_not_count(monkeypatch, gain, ends_with):
+    found = with_rounds_of(monkeypatch, "coulomb_drive", "unexplained", "load_friction", 400.0, 4.0, gain=gain)
+    assert found[0] == [ends_with]
 
 
 def test_where_no_rival_can_stay_the_search_is_what_it_was(monkeypatch):

@@ -76,7 +76,7 @@ def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progres
 
     An effect that later ones have made needless is taken out, and the search made once more without it. Where it ends
     with something unexplained, and an effect had a rival that it did not lead, the search is made once more with that
-    one; it counts if it ends with a likelier model that predicts no worse.
+    one; it counts if it ends with a likelier model that predicts no worse, over the horizon and from row to row.
     """
     path = _to_the_end(model, [], None, is_done, progress)
     if path.fork is None or where_chance_does_not_explain(path.rounds[-1]).verdict != "unexplained":
@@ -87,9 +87,14 @@ def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progres
     if other is None:
         return path.rounds
     rival = _to_the_end(path.begun, before, other, is_done, progress)
-    worse = rival.rounds[-1].error > path.rounds[-1].error
+    worse = rival.rounds[-1].error > path.rounds[-1].error or _held_out_gain(rival.rounds) < _held_out_gain(path.rounds)
     likelier = rival.judged.deviance < path.judged.deviance - 2.0 * MIN_TOLD_GAIN
     return rival.rounds if likelier and not worse else path.rounds
+
+
+def _held_out_gain(rounds: Rounds) -> float:
+    """How much likelier held-out data are with all that rounds add [nats]."""
+    return sum(r.named[0].held_out_gain or 0.0 for r in rounds if r.named)
 
 
 def _to_the_end(
