@@ -308,7 +308,7 @@ def where_nothing_is_determined(found: Diagnosis, table: Mapping[str, Estimate])
     problem = found.problem
     at_noise = found.error <= MAX_EXPLAINED_ERROR_RATIO * found.noise_floor
     at_noise = at_noise and not is_overstated(problem, found.error, problem.data.held_out)
-    if at_noise or found.named or not determine_nothing(table, found.problem.plant):
+    if at_noise or found.named or not determine_nothing(table, problem.plant):
         return found
     return replace(found, verdict="unexplained", detectable={}, determines_nothing=True)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from wheelpend.errors import Failure
-from wheelpend.logs.legend import CLOCK_HEADERS, names_of_legend
+from wheelpend.logs.legend import has_clock, names_of_legend
 from wheelpend.logs.units import BRACKETED_TEXT, is_unit, plain_unit
 
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
@@ -263,9 +263,8 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
 
 def are_names(cells: Sequence[str]) -> bool:
     """True of names, each once and none a number, of which one is a clock's: no word of a sentence is."""
-    has_clock = any(re.split(r"[ (\[]", c.lower())[0] in CLOCK_HEADERS for c in cells)
     units = [c for c in cells if BRACKETED_TEXT.fullmatch(c)]
-    return has_clock and not units and is_title(Line(0, list(cells)), 2) and len(set(cells)) == len(cells)
+    return has_clock(cells) and not units and is_title(Line(0, list(cells)), 2) and len(set(cells)) == len(cells)
 
 
 def comment_text(line: str, separator: str) -> str:

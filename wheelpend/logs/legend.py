@@ -32,8 +32,12 @@ def names_of_legend(comments: Sequence[str], width: int) -> list[str]:
             names = []
         if numbers == list(range(len(names) + 1, len(names) + len(numbers) + 1)):
             names += names_of_entry(found["text"], len(numbers))
-    has_clock = any(re.split(r"[ (\[]", name.lower())[0] in CLOCK_HEADERS for name in names)
-    return names if has_clock and len(names) == width and len(set(names)) == width else []
+    return names if has_clock(names) and len(names) == width and len(set(names)) == width else []
+
+
+def has_clock(names: Sequence[str]) -> bool:
+    """True where one of some names is that of a clock."""
+    return any(re.split(r"[ (\[]", name.lower())[0] in CLOCK_HEADERS for name in names)
 
 
 def names_of_entry(text: str, count: int) -> list[str]:

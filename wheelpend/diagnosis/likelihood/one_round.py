@@ -120,7 +120,8 @@ def _round_of_supported(
         found = _diagnosis(base, [first, *behind], _with_evidence_of(worth, known), progress)
         twins = structurally_equivalent(base.model.problem, one.candidate)
         rivals = [j for j in behind if j.candidate.effect not in twins and _is_rival(j, one)]
-        rest = [first, *(j for j in behind if j.candidate.effect not in _effects_of(rivals))]
+        tried = _effects_of(rivals)
+        rest = [first, *(j for j in behind if j.candidate.effect not in tried)]
         instead = partial(_round_of_supported, base, rivals, rest, known, worth, added, progress)
         return Round((found,), base.model, gone_on_with(larger), instead=instead if rivals else None)
     return None
