@@ -112,6 +112,6 @@ def test_an_effect_is_displaced_by_one_with_which_it_drives_if_the_model_is_like
 ):
     monkeypatch.setattr(one_round, "without_meaning", lambda model: lost if model is drag.model else [])
     without = SimpleNamespace(deviance=95.0 if likelier else 105.0)
-    monkeypatch.setattr(one_round, "without_effect", lambda model, effect: without)
-    base, other = SimpleNamespace(deviance=100.0), judged("cogging", 99.0)
+    monkeypatch.setattr(one_round, "without_effect", lambda model, effect, amid: without)
+    base, other = SimpleNamespace(deviance=100.0, point=SimpleNamespace(sources=())), judged("cogging", 99.0)
     assert one_round._displaced(base, [other, drag], ["viscous_drive"], print) == displaced

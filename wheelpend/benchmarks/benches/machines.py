@@ -9,8 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from wheelpend.isolation import import_configured
+
+njit = import_configured("numba").njit
 STEP_S = 4e-6
 
 
