@@ -21,7 +21,7 @@ from derive.effects import (
     SensorFilter,
     SensorMap,
 )
-from derive.functions import LOAD_SYMBOL, TIME_SYMBOL, Magnitude, Ramp, Sign, symbol
+from derive.functions import INPUT_SYMBOL, LOAD_SYMBOL, TIME_SYMBOL, Magnitude, Ramp, Sign, symbol
 from derive.grouping import Grouping, rewrite
 from derive.records import Coordinate, DrySurface, Hysteresis, Plant
 
@@ -59,7 +59,8 @@ def generalised_forces(plant: Plant, chosen: tuple[Effect, ...]) -> list[sp.Expr
     for effect in chosen:
         if isinstance(effect.enters, Force):
             angle = plant.port(effect.enters.port).coordinate
-            resistances.append((angle, effect.enters.law(angle, rate_of(angle, plant), **effect.symbols)))
+            law = sp.sympify(effect.enters.law(angle, rate_of(angle, plant), **effect.symbols))
+            resistances.append((angle, law.subs(INPUT_SYMBOL, plant.input)))
         elif isinstance(effect.enters, HysteresisForce):
             resistances.append((plant.port(effect.enters.port).coordinate, hysteresis_symbol(effect)))
     return [

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sympy as sp
 
 TIME_SYMBOL = sp.Symbol("t", real=True)  # s from the log's first sample
+INPUT_SYMBOL = sp.Symbol("input", real=True)  # the input that reaches the motor
 LOAD_SYMBOL = sp.Symbol("load", real=True)  # the motor's load on a port, in volt-equivalents
 
 

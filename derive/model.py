@@ -77,9 +77,8 @@ def residual_of(
 ) -> tuple[sp.Expr, ...]:
     """The rows under the acting input, less the effects' forces and the unknown one on each coordinate's row."""
     driven, count = input_substitution(plant, acting), len(plant.coordinates)
-    residual = [
-        substitute(row, driven) - force for row, force in zip(rows, generalised_forces(plant, chosen), strict=True)
-    ]
+    forces = generalised_forces(plant, chosen)
+    residual = [substitute(row, driven) - substitute(f, driven) for row, f in zip(rows, forces, strict=True)]
     filters = filter_rows(plant, chosen)
     residual = [divided_by_size(filters.get(n, row), chosen) if n >= count else row for n, row in enumerate(residual)]
     return tuple(r - symbol(unknown[n].name) if n < len(unknown) else r for n, r in enumerate(residual))

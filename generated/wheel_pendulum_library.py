@@ -1,5 +1,5 @@
 # Made by wheelpend from model.toml with sympy 1.14.0 and Jinja 3.1.6; do not edit, run `wheelpend generate`.
-# plant wheel_pendulum; assumptions planar=True, ground_friction_reaction=body, ground_friction=True, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, range=upright, gyro=True, rate_sensor=False, encoder=absolute; effects coulomb_drive, coulomb_asymmetry, viscous_asymmetry, load_friction, stribeck_drive, presliding_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, wheel_runout, air_drag, com_offset, body_damping, tether_spring, payload_step, external_push, actuator_delay, winding_inductance, voltage_saturation, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, encoder_eccentricity, encoder_scale, pitch_scale, gyro_scale, imu_bias, gyro_bias, imu_lag
+# plant wheel_pendulum; assumptions planar=True, ground_friction_reaction=body, ground_friction=True, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, range=upright, gyro=True, rate_sensor=False, encoder=absolute; effects coulomb_drive, coulomb_asymmetry, viscous_asymmetry, load_friction, stribeck_drive, presliding_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, wheel_runout, air_drag, com_offset, body_damping, tether_spring, payload_step, external_push, actuator_delay, winding_inductance, voltage_saturation, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, coasting_driver, encoder_eccentricity, encoder_scale, pitch_scale, gyro_scale, imu_bias, gyro_bias, imu_lag
 """Kernels of the model `wheel_pendulum with every effect`.
 
 wheel row: 0 =
@@ -21,6 +21,7 @@ wheel row: 0 =
     - wheel_runout.sine*sin(theta_w)
     + X3*ddtheta_p*cos(com_offset.angle + slope.angle + theta_p)
     + air_drag.coefficient*dtheta_w*Magnitude(dtheta_w)
+    + coasting_driver.rate*(-dtheta_p + dtheta_w)*Magnitude(v_in)
     + quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
     - X3*dtheta_p**2*sin(com_offset.angle + slope.angle + theta_p)
     + X1*g*sin(slope.angle)/R
@@ -44,6 +45,7 @@ body row: 0 =
     - X6*dtheta_w
     - viscous_asymmetry.coefficient*Magnitude(-dtheta_p + dtheta_w)
     + X3*ddtheta_w*cos(com_offset.angle + slope.angle + theta_p)
+    - coasting_driver.rate*(-dtheta_p + dtheta_w)*Magnitude(v_in)
     - quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
     - X5*payload_step.ratio*Step(-payload_step.time + t)*sin(com_offset.angle + theta_p)
     + X3*ddtheta_w*payload_step.ratio*Step(-payload_step.time + t)*cos(com_offset.angle + slope.angle + theta_p)
@@ -65,17 +67,17 @@ STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
 VARIABLES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p', 'presliding_drive_force')  # the states, then added states
 OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
-PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'load_friction.share', 'stribeck_drive.static', 'stribeck_drive.sliding', 'stribeck_drive.speed', 'presliding_drive.torque', 'presliding_drive.stiffness', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'com_offset.angle', 'body_damping.coefficient', 'tether_spring.stiffness', 'payload_step.time', 'payload_step.ratio', 'external_push.start', 'external_push.end', 'external_push.torque', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_saturation.limit', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'encoder_eccentricity.sine', 'encoder_eccentricity.cosine', 'encoder_scale.scale', 'pitch_scale.scale', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'imu_lag.delay', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'L', 'origin')
-UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V', 'V s/rad', '1', 'V', 'V', 'rad/s', 'V', 'V/rad', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V', 'V', 'V s²/rad²', 'rad', 'V s/rad', 'V/rad', 's', '1', 's', 's', 'V', 's', 's', 'V', 'V', '1/s', '1', 'V', 'rad', 'rad', '1', '1', '1', 'rad', 'rad/s', 's', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'm', 'rad')
-ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 30.0, 0.0, 0.0, 0.0, 12.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0,)  # value of each parameter while its effect is absent; of a constant any number
+PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'load_friction.share', 'stribeck_drive.static', 'stribeck_drive.sliding', 'stribeck_drive.speed', 'presliding_drive.torque', 'presliding_drive.stiffness', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'com_offset.angle', 'body_damping.coefficient', 'tether_spring.stiffness', 'payload_step.time', 'payload_step.ratio', 'external_push.start', 'external_push.end', 'external_push.torque', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_saturation.limit', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'coasting_driver.rate', 'encoder_eccentricity.sine', 'encoder_eccentricity.cosine', 'encoder_scale.scale', 'pitch_scale.scale', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'imu_lag.delay', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'L', 'origin')
+UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V', 'V s/rad', '1', 'V', 'V', 'rad/s', 'V', 'V/rad', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V', 'V', 'V s²/rad²', 'rad', 'V s/rad', 'V/rad', 's', '1', 's', 's', 'V', 's', 's', 'V', 'V', '1/s', '1', 'V', 's/rad', 'rad', 'rad', '1', '1', '1', 'rad', 'rad/s', 's', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'm', 'rad')
+ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 30.0, 0.0, 0.0, 0.0, 12.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0,)  # value of each parameter while its effect is absent; of a constant any number
 ABSORBED = {'viscous_drive.coefficient': {'X6': 1.0, 'X7': 1.0}}  # effects that are part of the plant's own parameters, with weights on these
 TWINS = {'coulomb_asymmetry': ('voltage_offset',), 'com_offset': ('imu_bias',), 'voltage_offset': ('coulomb_asymmetry',), 'imu_bias': ('com_offset',)}  # effects that change every log in the same way
 CONTAINS = {'stribeck_drive': {'coulomb_drive': ((1.0,), (1.0,))}}  # effects within others: parameters of the larger by those of the smaller
 NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w'), 'payload_step.time': ('R', 'L'), 'payload_step.ratio': ('R', 'L')}  # constants without which a parameter has no meaning
-LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'body_damping.coefficient', 'tether_spring.stiffness', 'external_push.torque', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
+LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'body_damping.coefficient', 'tether_spring.stiffness', 'external_push.torque', 'coasting_driver.rate', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
 SIGNED = ()  # own parameters that may be negative: differences of physical constants
 OWN_PARAMETERS = 7  # so many of PARAMETERS, from the first, are the plant's own
-FITTED = 51  # so many of PARAMETERS, from the first, have sensitivities
+FITTED = 52  # so many of PARAMETERS, from the first, have sensitivities
 MISSING_FORCES = ('missing.wheel', 'missing.body')  # unknown forces among PARAMETERS, one for each row, where there are any
 CARRYING = ('presliding_drive',)  # effects with states that carry over from one fitted segment to the next
 HYSTERESIS_SIZES = (14,)  # indices among PARAMETERS; no force has a memory where these are zero
@@ -83,14 +85,14 @@ INTERNAL = ()  # parameters of the forces along internal coordinates
 STIFFEST = {}  # largest values of parameters that are infinite where an internal coordinate is rigid
 DELAY = 34  # index of the input delay among PARAMETERS, or -1
 LAG = 35  # index of the time constant of the input's lag, or -1
-ORIGIN = 56  # index of the first coordinate's value at the log's first sample, or -1
-NQ, NX, NY, NP = 2, 4, 3, 57
+ORIGIN = 57  # index of the first coordinate's value at the log's first sample, or -1
+NQ, NX, NY, NP = 2, 4, 3, 58
 NA, NV = 2, 5  # moving coordinates; variables: the states, then added states
 NR = 4  # variables, from the first, that readings depend on: the states, and a sensor's filter where there is one
 NS = NV + (LAG >= 0)  # a lagging input is the last
 RATES = (2, 3)  # where the rate of each moving coordinate stands among the variables
 DELAYED = (False, True, True,)  # True for each output that the sensor delay acts on
-SENSOR_DELAY = 48  # index of that delay among PARAMETERS, or -1
+SENSOR_DELAY = 49  # index of that delay among PARAMETERS, or -1
 SURFACES = 2  # number of surfaces with dry friction
 SLIP_MATRIX = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # (SURFACES, NA): slip speeds as weights on the rates
 IN_DRY_LAW = np.isin(np.arange(NP), np.array([6, 7, 8, 10, 11, 12, 13, 21], dtype=np.int64))  # (NP,): True for each parameter that dry friction depends on
@@ -217,7 +219,7 @@ def _angles(t, theta_w, theta_p, dtheta_w, dtheta_p, parameters):
 def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, sin_theta_w, cos_theta_w, sin_sum_1, cos_sum_1, sin_sum_2, cos_sum_2, sin_sum_3, cos_sum_3, parameters):
     """Accelerations without dry friction, then the inverse mass matrix (NQ, NQ) row by row.
 
-    150 operations.
+    140 operations.
     """
     X1 = parameters[0]
     X2 = parameters[1]
@@ -242,14 +244,15 @@ def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force
     external_push_start = parameters[31]
     external_push_end = parameters[32]
     external_push_torque = parameters[33]
-    missing_wheel = parameters[49]
-    missing_body = parameters[50]
-    R = parameters[51]
-    g = parameters[52]
-    alpha = parameters[53]
-    J_w = parameters[54]
-    L = parameters[55]
-    origin = parameters[56]
+    coasting_driver_rate = parameters[41]
+    missing_wheel = parameters[50]
+    missing_body = parameters[51]
+    R = parameters[52]
+    g = parameters[53]
+    alpha = parameters[54]
+    J_w = parameters[55]
+    L = parameters[56]
+    origin = parameters[57]
     c0 = X3*cos_sum_3
     c1 = -t
     c2 = _step(-c1 - payload_step_time)
@@ -257,40 +260,36 @@ def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force
     c4 = c0*c3
     c5 = X2 - c0 - c4
     c6 = X5*sin_sum_2
-    c7 = X6*dtheta_w
-    c8 = X7*dtheta_p
-    c9 = cogging_cosine*cos_sum_1
-    c10 = cogging_sine*sin_sum_1
-    c11 = -dtheta_p + dtheta_w
-    c12 = abs(c11)
-    c13 = c12*viscous_asymmetry_coefficient
-    c14 = c11*c12*quadratic_drive_coefficient
-    c15 = body_damping_coefficient*dtheta_p + c10 - c13 - c14 - c3*c6 - c6 - c7 + c8 + c9 - missing_body - presliding_drive_force + v_in
-    c16 = 1/R
-    c17 = X3*c3
-    c18 = L*c16*c17 + X2 + X4
-    c19 = X3*(dtheta_p*dtheta_p)*sin_sum_3
-    c20 = math.sin(slope_angle)
-    c21 = 1/L
-    c22 = -2*J_w*c16*c20*g/alpha + X1*c16*c20*g + X3*c2*c20*c21*g*payload_step_ratio + air_drag_coefficient*dtheta_w*abs(dtheta_w) - c10 + c13 + c14 - c19*c3 - c19 + c7 - c8 - c9 - cos_theta_w*wheel_runout_cosine + dtheta_w*ground_viscous_coefficient + external_push_torque*(_step(-c1 - external_push_end) - _step(-c1 - external_push_start)) - missing_wheel + presliding_drive_force - sin_theta_w*wheel_runout_sine + tether_spring_stiffness*(-origin + theta_w) - v_in
-    c23 = L*R
-    c24 = X1*c23
-    c25 = X2*c23
-    c26 = 2*c25
-    c27 = (X3*X3)*c23
-    c28 = c27*(cos_sum_3*cos_sum_3)
-    c29 = (L*L)*c17
-    c30 = (R*R)*c17
-    c31 = (c2*c2)*(payload_step_ratio*payload_step_ratio)
-    c32 = c23/(X1*c29 + X2*c24 + X2*c29 + X2*c30 + X4*c24 + X4*c25 + X4*c30 + c0*c26 + c26*c4 + c27*c31 - 2*c28*c3 - c28*c31 - c28)
-    c33 = R*c17*c21 + X1 + X2
-    c34 = c32*c5
-    ddtheta_w = c32*(-c15*c5 - c18*c22)
-    ddtheta_p = c32*(-c15*c33 - c22*c5)
-    mobility_0_0 = c18*c32
-    mobility_0_1 = c34
-    mobility_1_0 = c34
-    mobility_1_1 = c32*c33
+    c7 = -dtheta_p + dtheta_w
+    c8 = abs(c7)
+    c9 = X6*dtheta_w - X7*dtheta_p + c7*c8*quadratic_drive_coefficient + c7*coasting_driver_rate*abs(v_in) + c8*viscous_asymmetry_coefficient - cogging_cosine*cos_sum_1 - cogging_sine*sin_sum_1 + presliding_drive_force - v_in
+    c10 = body_damping_coefficient*dtheta_p - c3*c6 - c6 - c9 - missing_body
+    c11 = 1/R
+    c12 = X3*c3
+    c13 = L*c11*c12 + X2 + X4
+    c14 = X3*(dtheta_p*dtheta_p)*sin_sum_3
+    c15 = g*math.sin(slope_angle)
+    c16 = c11*c15
+    c17 = c12/L
+    c18 = -2*J_w*c16/alpha + X1*c16 + air_drag_coefficient*dtheta_w*abs(dtheta_w) - c14*c3 - c14 + c15*c17 + c9 - cos_theta_w*wheel_runout_cosine + dtheta_w*ground_viscous_coefficient + external_push_torque*(_step(-c1 - external_push_end) - _step(-c1 - external_push_start)) - missing_wheel - sin_theta_w*wheel_runout_sine + tether_spring_stiffness*(-origin + theta_w)
+    c19 = L*R
+    c20 = X1*c19
+    c21 = X2*c19
+    c22 = 2*c21
+    c23 = (X3*X3)*c19
+    c24 = c23*(cos_sum_3*cos_sum_3)
+    c25 = (L*L)*c12
+    c26 = (R*R)*c12
+    c27 = (c2*c2)*(payload_step_ratio*payload_step_ratio)
+    c28 = c19/(X1*c25 + X2*c20 + X2*c25 + X2*c26 + X4*c20 + X4*c21 + X4*c26 + c0*c22 + c22*c4 + c23*c27 - c24*c27 - 2*c24*c3 - c24)
+    c29 = R*c17 + X1 + X2
+    c30 = c28*c5
+    ddtheta_w = c28*(-c10*c5 - c13*c18)
+    ddtheta_p = c28*(-c10*c29 - c18*c5)
+    mobility_0_0 = c13*c28
+    mobility_0_1 = c30
+    mobility_1_0 = c30
+    mobility_1_1 = c28*c29
 
     return ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1
 
@@ -300,7 +299,7 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive
     """Derivatives of inertia − force at given accelerations: in the states, returned row by row, and in the parameters.
 
     The latter go into by_parameter[stage], where zero entries are not touched.
-    204 operations.
+    213 operations.
     """
     X1 = parameters[0]
     X3 = parameters[2]
@@ -327,12 +326,13 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive
     payload_step_ratio = parameters[30]
     external_push_start = parameters[31]
     external_push_end = parameters[32]
-    R = parameters[51]
-    g = parameters[52]
-    alpha = parameters[53]
-    J_w = parameters[54]
-    L = parameters[55]
-    origin = parameters[56]
+    coasting_driver_rate = parameters[41]
+    R = parameters[52]
+    g = parameters[53]
+    alpha = parameters[54]
+    J_w = parameters[55]
+    L = parameters[56]
+    origin = parameters[57]
     c0 = cogging_cosine*sin_sum_1
     c1 = c0*cogging_periods
     c2 = cogging_sine*cos_sum_1
@@ -358,105 +358,109 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive
     c22 = c21*direction_drive
     c23 = c22*(-stribeck_drive_sliding + stribeck_drive_static)
     c24 = c16*c23
-    c25 = abs(c19)
-    c26 = _sign(c19)
-    c27 = X7*dtheta_p - X7*dtheta_w + v_in
-    c28 = direction_drive*load_friction_share*_sign(c27)
-    c29 = -X7*c28 + c19*c26*quadratic_drive_coefficient + c25*quadratic_drive_coefficient + c26*viscous_asymmetry_coefficient
-    c30 = X6 + c15*c24 + c29
-    c31 = c14*c5
-    c32 = X7 + c15*c24 + c29
-    c33 = c28 - 1
-    c34 = X5*cos_sum_2
-    c35 = c5*ddtheta_w
-    c36 = c11*c35 + c35
-    c37 = c11*c34 + c34 + c36
-    c38 = math.sin(slope_angle)
-    c39 = 1/R
-    c40 = c39*g
-    c41 = ddtheta_p - ddtheta_w
-    c42 = cos_sum_3*ddtheta_p
-    c43 = c7*sin_sum_3
-    c44 = 1/L
-    c45 = c11*c44
-    c46 = R*ddtheta_w
-    c47 = c38*g
-    c48 = c18*c28 - dtheta_p
-    c49 = (direction_drive*direction_drive)
-    c50 = direction_drive*abs(c27)
-    c51 = direction_drive*(1 - c21)
-    c52 = 2*c20*c23/(stribeck_drive_speed*stribeck_drive_speed*stribeck_drive_speed)
-    c53 = c19*c25
-    c54 = -theta_w
-    c55 = -c54 - theta_p
-    c56 = c0*c55 - c2*c55
-    c57 = math.cos(slope_angle)
-    c58 = X3*c10
-    c59 = c44*c58
-    c60 = cos_sum_3*ddtheta_w
-    c61 = L*c39*ddtheta_p
-    c62 = c10*sin_sum_2
+    c25 = abs(v_in)
+    c26 = abs(c19)
+    c27 = _sign(c19)
+    c28 = X7*dtheta_p - X7*dtheta_w + v_in
+    c29 = direction_drive*load_friction_share*_sign(c28)
+    c30 = -X7*c29 + c19*c27*quadratic_drive_coefficient + c25*coasting_driver_rate + c26*quadratic_drive_coefficient + c27*viscous_asymmetry_coefficient
+    c31 = X6 + c15*c24 + c30
+    c32 = c14*c5
+    c33 = X7 + c15*c24 + c30
+    c34 = c19*coasting_driver_rate*_sign(v_in) + c29 - 1
+    c35 = X5*cos_sum_2
+    c36 = c5*ddtheta_w
+    c37 = c11*c36 + c36
+    c38 = c11*c35 + c35 + c37
+    c39 = math.sin(slope_angle)
+    c40 = 1/R
+    c41 = c40*g
+    c42 = ddtheta_p - ddtheta_w
+    c43 = cos_sum_3*ddtheta_p
+    c44 = c7*sin_sum_3
+    c45 = 1/L
+    c46 = c11*c45
+    c47 = R*ddtheta_w
+    c48 = c39*g
+    c49 = c18*c29 - dtheta_p
+    c50 = (direction_drive*direction_drive)
+    c51 = direction_drive*abs(c28)
+    c52 = direction_drive*(1 - c21)
+    c53 = 2*c20*c23/(stribeck_drive_speed*stribeck_drive_speed*stribeck_drive_speed)
+    c54 = c19*c26
+    c55 = -theta_w
+    c56 = -c55 - theta_p
+    c57 = c0*c56 - c2*c56
+    c58 = math.cos(slope_angle)
+    c59 = X3*c10
+    c60 = c45*c59
+    c61 = c19*c25
+    c62 = cos_sum_3*ddtheta_w
+    c63 = L*c40*ddtheta_p
+    c64 = c10*sin_sum_2
     by_0_0 = c4 - cos_theta_w*wheel_runout_sine + sin_theta_w*wheel_runout_cosine + tether_spring_stiffness
     by_0_1 = -c12 - c4
-    by_0_2 = air_drag_coefficient*c13 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c30 + ground_viscous_coefficient
-    by_0_3 = -c11*c31 - c31 - c32
+    by_0_2 = air_drag_coefficient*c13 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c31 + ground_viscous_coefficient
+    by_0_3 = -c11*c32 - c32 - c33
     by_0_4 = 1
-    by_0_5 = c33
+    by_0_5 = c34
     by_1_0 = -c4
-    by_1_1 = c1 - c3 - c37
-    by_1_2 = -c30
-    by_1_3 = body_damping_coefficient + c32
+    by_1_1 = c1 - c3 - c38
+    by_1_2 = -c31
+    by_1_3 = body_damping_coefficient + c33
     by_1_4 = -1
-    by_1_5 = -c33
-    by_parameter[stage, 0, 0] = c38*c40 + ddtheta_w
-    by_parameter[stage, 0, 1] = -c41
-    by_parameter[stage, 0, 2] = c11*c42 - c11*c43 + c42 - c43 + c45*c46 + c45*c47
+    by_1_5 = -c34
+    by_parameter[stage, 0, 0] = c39*c41 + ddtheta_w
+    by_parameter[stage, 0, 1] = -c42
+    by_parameter[stage, 0, 2] = c11*c43 - c11*c44 + c43 - c44 + c46*c47 + c46*c48
     by_parameter[stage, 0, 5] = dtheta_w
-    by_parameter[stage, 0, 6] = c48
+    by_parameter[stage, 0, 6] = c49
     by_parameter[stage, 0, 7] = direction_drive
-    by_parameter[stage, 0, 8] = c49
-    by_parameter[stage, 0, 9] = c25
-    by_parameter[stage, 0, 10] = c50
+    by_parameter[stage, 0, 8] = c50
+    by_parameter[stage, 0, 9] = c26
+    by_parameter[stage, 0, 10] = c51
     by_parameter[stage, 0, 11] = c22
-    by_parameter[stage, 0, 12] = c51
-    by_parameter[stage, 0, 13] = c52
-    by_parameter[stage, 0, 16] = c53
+    by_parameter[stage, 0, 12] = c52
+    by_parameter[stage, 0, 13] = c53
+    by_parameter[stage, 0, 16] = c54
     by_parameter[stage, 0, 17] = -sin_sum_1
     by_parameter[stage, 0, 18] = -cos_sum_1
-    by_parameter[stage, 0, 19] = c56
+    by_parameter[stage, 0, 19] = c57
     by_parameter[stage, 0, 20] = dtheta_w
     by_parameter[stage, 0, 21] = direction_ground
-    by_parameter[stage, 0, 22] = -2*J_w*c40*c57/alpha + X1*c39*c57*g + X3*c10*c44*c57*g*payload_step_ratio - c12
+    by_parameter[stage, 0, 22] = -2*J_w*c41*c58/alpha + X1*c40*c58*g + X3*c10*c45*c58*g*payload_step_ratio - c12
     by_parameter[stage, 0, 23] = -sin_theta_w
     by_parameter[stage, 0, 24] = -cos_theta_w
     by_parameter[stage, 0, 25] = c13*dtheta_w
     by_parameter[stage, 0, 26] = -c12
-    by_parameter[stage, 0, 28] = -c54 - origin
-    by_parameter[stage, 0, 30] = c42*c58 - c43*c58 + c46*c59 + c47*c59
+    by_parameter[stage, 0, 28] = -c55 - origin
+    by_parameter[stage, 0, 30] = c43*c59 - c44*c59 + c47*c60 + c48*c60
     by_parameter[stage, 0, 33] = _step(-c9 - external_push_end) - _step(-c9 - external_push_start)
-    by_parameter[stage, 0, 49] = -1
-    by_parameter[stage, 1, 1] = c41
-    by_parameter[stage, 1, 2] = c11*c60 + c11*c61 + c60
+    by_parameter[stage, 0, 41] = c61
+    by_parameter[stage, 0, 50] = -1
+    by_parameter[stage, 1, 1] = c42
+    by_parameter[stage, 1, 2] = c11*c62 + c11*c63 + c62
     by_parameter[stage, 1, 3] = ddtheta_p
-    by_parameter[stage, 1, 4] = -c62*payload_step_ratio - sin_sum_2
+    by_parameter[stage, 1, 4] = -c64*payload_step_ratio - sin_sum_2
     by_parameter[stage, 1, 5] = c17
-    by_parameter[stage, 1, 6] = -c48
+    by_parameter[stage, 1, 6] = -c49
     by_parameter[stage, 1, 7] = -direction_drive
-    by_parameter[stage, 1, 8] = -c49
-    by_parameter[stage, 1, 9] = -c25
-    by_parameter[stage, 1, 10] = -c50
+    by_parameter[stage, 1, 8] = -c50
+    by_parameter[stage, 1, 9] = -c26
+    by_parameter[stage, 1, 10] = -c51
     by_parameter[stage, 1, 11] = -c22
-    by_parameter[stage, 1, 12] = -c51
-    by_parameter[stage, 1, 13] = -c52
-    by_parameter[stage, 1, 16] = -c53
+    by_parameter[stage, 1, 12] = -c52
+    by_parameter[stage, 1, 13] = -c53
+    by_parameter[stage, 1, 16] = -c54
     by_parameter[stage, 1, 17] = sin_sum_1
     by_parameter[stage, 1, 18] = cos_sum_1
-    by_parameter[stage, 1, 19] = -c56
-    by_parameter[stage, 1, 22] = -c36
-    by_parameter[stage, 1, 26] = -c37
+    by_parameter[stage, 1, 19] = -c57
+    by_parameter[stage, 1, 22] = -c37
+    by_parameter[stage, 1, 26] = -c38
     by_parameter[stage, 1, 27] = dtheta_p
-    by_parameter[stage, 1, 30] = -X5*c62 + c58*c60 + c58*c61
-    by_parameter[stage, 1, 50] = -1
+    by_parameter[stage, 1, 30] = -X5*c64 + c59*c62 + c59*c63
+    by_parameter[stage, 1, 41] = -c61
+    by_parameter[stage, 1, 51] = -1
 
     return by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_0_5, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4, by_1_5
 
@@ -484,13 +488,13 @@ def read_sensors(t, state, parameters, output):
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
-    encoder_eccentricity_sine = parameters[41]
-    encoder_eccentricity_cosine = parameters[42]
-    encoder_scale_scale = parameters[43]
-    pitch_scale_scale = parameters[44]
-    gyro_scale_scale = parameters[45]
-    imu_bias_bias = parameters[46]
-    gyro_bias_bias = parameters[47]
+    encoder_eccentricity_sine = parameters[42]
+    encoder_eccentricity_cosine = parameters[43]
+    encoder_scale_scale = parameters[44]
+    pitch_scale_scale = parameters[45]
+    gyro_scale_scale = parameters[46]
+    imu_bias_bias = parameters[47]
+    gyro_bias_bias = parameters[48]
     output[0] = (encoder_scale_scale + 1)*(encoder_eccentricity_cosine*math.cos(theta_w) + encoder_eccentricity_sine*math.sin(theta_w) + theta_w)
     output[1] = imu_bias_bias + theta_p*(pitch_scale_scale + 1)
     output[2] = dtheta_p*(gyro_scale_scale + 1) + gyro_bias_bias
@@ -502,24 +506,24 @@ def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
-    encoder_eccentricity_sine = parameters[41]
-    encoder_eccentricity_cosine = parameters[42]
-    encoder_scale_scale = parameters[43]
-    pitch_scale_scale = parameters[44]
-    gyro_scale_scale = parameters[45]
+    encoder_eccentricity_sine = parameters[42]
+    encoder_eccentricity_cosine = parameters[43]
+    encoder_scale_scale = parameters[44]
+    pitch_scale_scale = parameters[45]
+    gyro_scale_scale = parameters[46]
     c0 = encoder_scale_scale + 1
     c1 = math.cos(theta_w)
     c2 = math.sin(theta_w)
     by_state[0, 0] = c0*(c1*encoder_eccentricity_sine - c2*encoder_eccentricity_cosine + 1)
     by_state[1, 1] = pitch_scale_scale + 1
     by_state[2, 3] = gyro_scale_scale + 1
-    by_parameter[0, 41] = c0*c2
-    by_parameter[0, 42] = c0*c1
-    by_parameter[0, 43] = c1*encoder_eccentricity_cosine + c2*encoder_eccentricity_sine + theta_w
-    by_parameter[1, 44] = theta_p
-    by_parameter[1, 46] = 1
-    by_parameter[2, 45] = dtheta_p
-    by_parameter[2, 47] = 1
+    by_parameter[0, 42] = c0*c2
+    by_parameter[0, 43] = c0*c1
+    by_parameter[0, 44] = c1*encoder_eccentricity_cosine + c2*encoder_eccentricity_sine + theta_w
+    by_parameter[1, 45] = theta_p
+    by_parameter[1, 47] = 1
+    by_parameter[2, 46] = dtheta_p
+    by_parameter[2, 48] = 1
 
 
 @inlined
@@ -646,7 +650,7 @@ def _store_rate(dry):
 @inlined
 def _frozen(parameters):
     """The parameters as a tuple, which no store can change: what follows from them alone is computed once a step."""
-    return parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6], parameters[7], parameters[8], parameters[9], parameters[10], parameters[11], parameters[12], parameters[13], parameters[14], parameters[15], parameters[16], parameters[17], parameters[18], parameters[19], parameters[20], parameters[21], parameters[22], parameters[23], parameters[24], parameters[25], parameters[26], parameters[27], parameters[28], parameters[29], parameters[30], parameters[31], parameters[32], parameters[33], parameters[34], parameters[35], parameters[36], parameters[37], parameters[38], parameters[39], parameters[40], parameters[41], parameters[42], parameters[43], parameters[44], parameters[45], parameters[46], parameters[47], parameters[48], parameters[49], parameters[50], parameters[51], parameters[52], parameters[53], parameters[54], parameters[55], parameters[56],
+    return parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6], parameters[7], parameters[8], parameters[9], parameters[10], parameters[11], parameters[12], parameters[13], parameters[14], parameters[15], parameters[16], parameters[17], parameters[18], parameters[19], parameters[20], parameters[21], parameters[22], parameters[23], parameters[24], parameters[25], parameters[26], parameters[27], parameters[28], parameters[29], parameters[30], parameters[31], parameters[32], parameters[33], parameters[34], parameters[35], parameters[36], parameters[37], parameters[38], parameters[39], parameters[40], parameters[41], parameters[42], parameters[43], parameters[44], parameters[45], parameters[46], parameters[47], parameters[48], parameters[49], parameters[50], parameters[51], parameters[52], parameters[53], parameters[54], parameters[55], parameters[56], parameters[57],
 
 
 @inlined
@@ -2555,12 +2559,12 @@ def regressor(t, state, rate, voltage, parameters):
     payload_step_ratio = parameters[30]
     external_push_start = parameters[31]
     external_push_end = parameters[32]
-    R = parameters[51]
-    g = parameters[52]
-    alpha = parameters[53]
-    J_w = parameters[54]
-    L = parameters[55]
-    origin = parameters[56]
+    R = parameters[52]
+    g = parameters[53]
+    alpha = parameters[54]
+    J_w = parameters[55]
+    L = parameters[56]
+    origin = parameters[57]
     c0 = 1/R
     c1 = g*math.sin(slope_angle)
     c2 = c0*c1
@@ -2591,8 +2595,10 @@ def regressor(t, state, rate, voltage, parameters):
     c27 = cogging_periods*theta_p - cogging_periods*theta_w
     c28 = math.sin(c27)
     c29 = -math.cos(c27)
-    c30 = c13*ddtheta_w
-    c31 = math.sin(c11)
+    c30 = abs(v_in)
+    c31 = -c30*dtheta_p + c30*dtheta_w
+    c32 = c13*ddtheta_w
+    c33 = math.sin(c11)
     tau[0] = 2*J_w*c2/alpha + c9
     tau[1] = c9
     phi[0, 0] = c2 + ddtheta_w
@@ -2615,11 +2621,12 @@ def regressor(t, state, rate, voltage, parameters):
     phi[0, 19] = dtheta_w*abs(dtheta_w)
     phi[0, 21] = -origin + theta_w
     phi[0, 22] = _step(-c17 - external_push_end) - _step(-c17 - external_push_start)
-    phi[0, 23] = -1
+    phi[0, 23] = c31
+    phi[0, 24] = -1
     phi[1, 1] = c10
-    phi[1, 2] = -L*c0*c18*ddtheta_p - c18*c30 - c30
+    phi[1, 2] = -L*c0*c18*ddtheta_p - c18*c32 - c32
     phi[1, 3] = -ddtheta_p
-    phi[1, 4] = c18*c31 + c31
+    phi[1, 4] = c18*c33 + c33
     phi[1, 5] = dtheta_w
     phi[1, 6] = c20
     phi[1, 7] = direction_drive
@@ -2631,7 +2638,8 @@ def regressor(t, state, rate, voltage, parameters):
     phi[1, 13] = c28
     phi[1, 14] = c29
     phi[1, 20] = -dtheta_p
-    phi[1, 24] = 1
+    phi[1, 23] = c31
+    phi[1, 25] = 1
 
     return tau, phi
 
@@ -2657,10 +2665,10 @@ def regressor_parts(t, state, voltage, parameters):
     payload_step_ratio = parameters[30]
     external_push_start = parameters[31]
     external_push_end = parameters[32]
-    R = parameters[51]
-    g = parameters[52]
-    L = parameters[55]
-    origin = parameters[56]
+    R = parameters[52]
+    g = parameters[53]
+    L = parameters[56]
+    origin = parameters[57]
     c0 = -theta_w
     c1 = -c0 - theta_p
     c2 = -t
@@ -2684,8 +2692,10 @@ def regressor_parts(t, state, voltage, parameters):
     c20 = cogging_periods*theta_p - cogging_periods*theta_w
     c21 = math.sin(c20)
     c22 = -math.cos(c20)
-    c23 = dtheta_p*dtheta_w*math.sin(c8)
-    c24 = math.sin(c7)
+    c23 = abs(v_in)
+    c24 = -c23*dtheta_p + c23*dtheta_w
+    c25 = dtheta_p*dtheta_w*math.sin(c8)
+    c26 = math.sin(c7)
     phi2[0, 0] = theta_w
     phi2[0, 1] = c1
     phi2[0, 2] = R*c4*theta_w
@@ -2715,9 +2725,10 @@ def regressor_parts(t, state, voltage, parameters):
     phi0[0, 19] = dtheta_w*abs(dtheta_w)
     phi0[0, 21] = -c0 - origin
     phi0[0, 22] = _step(-c2 - external_push_end) - _step(-c2 - external_push_start)
-    phi0[0, 23] = -1
-    phi0[1, 2] = -c23*c3 - c23
-    phi0[1, 4] = c24*c3 + c24
+    phi0[0, 23] = c24
+    phi0[0, 24] = -1
+    phi0[1, 2] = -c25*c3 - c25
+    phi0[1, 4] = c26*c3 + c26
     phi0[1, 6] = c13
     phi0[1, 7] = direction_drive
     phi0[1, 8] = c14
@@ -2727,7 +2738,8 @@ def regressor_parts(t, state, voltage, parameters):
     phi0[1, 12] = c19
     phi0[1, 13] = c21
     phi0[1, 14] = c22
-    phi0[1, 24] = 1
+    phi0[1, 23] = c24
+    phi0[1, 25] = 1
 
     return phi2, phi1, phi0
 
@@ -2756,12 +2768,12 @@ def energy_parts(t, state, voltage, parameters):
     payload_step_ratio = parameters[30]
     external_push_start = parameters[31]
     external_push_end = parameters[32]
-    R = parameters[51]
-    g = parameters[52]
-    alpha = parameters[53]
-    J_w = parameters[54]
-    L = parameters[55]
-    origin = parameters[56]
+    R = parameters[52]
+    g = parameters[53]
+    alpha = parameters[54]
+    J_w = parameters[55]
+    L = parameters[56]
+    origin = parameters[57]
     c0 = (dtheta_w*dtheta_w)
     c1 = (1/2)*c0
     c2 = 1/R
@@ -2800,7 +2812,8 @@ def energy_parts(t, state, voltage, parameters):
     c35 = ((-c19) if c18 else (0))
     c36 = ((c16) if c18 else (1))
     c37 = ((-c16) if c18 else (0))
-    c38 = load_friction_share*abs(c22)
+    c38 = abs(v_in)
+    c39 = load_friction_share*abs(c22)
     stored[0] = c1 + c4*theta_w
     stored[1] = c1 - c5 + c7
     stored[2] = L*c11*c2*c7 + R*c1*c12 + c11*c9 + c9
@@ -2813,8 +2826,8 @@ def energy_parts(t, state, voltage, parameters):
     stored[17] = math.cos(theta_w)
     stored[18] = -math.sin(theta_w)
     stored[21] = -origin*theta_w + (1/2)*(theta_w*theta_w)
-    stored[23] = -theta_w
-    stored[24] = -theta_p
+    stored[24] = -theta_w
+    stored[25] = -theta_p
     taken[2] = c12*c3*dtheta_w
     taken[4] = -c11*c21 - c21
     taken[5] = c0 - c5
@@ -2829,17 +2842,18 @@ def energy_parts(t, state, voltage, parameters):
     taken[19] = c0*abs(dtheta_w)
     taken[20] = c6
     taken[22] = dtheta_w*_step(-c10 - external_push_end) - dtheta_w*_step(-c10 - external_push_start)
-    supplied[0] = 2*J_w*c4*dtheta_w/alpha + X7*c24*c33 - X7*c25 - X7*c26 + c30*c38 - c31*c38 - dtheta_p*v_in + dtheta_w*v_in
+    taken[23] = c0*c38 - c33*c38 + c38*c6
+    supplied[0] = 2*J_w*c4*dtheta_w/alpha + X7*c24*c33 - X7*c25 - X7*c26 + c30*c39 - c31*c39 - dtheta_p*v_in + dtheta_w*v_in
 
     return stored, taken, supplied[0]
 
 
-SIGNALS, FEATURES = 41, 25
-DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0, 0])  # how often each signal is differentiated
-HELD_INPUT = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
+SIGNALS, FEATURES = 43, 26
+DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0, 0])  # how often each signal is differentiated
+HELD_INPUT = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
 UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
-MIXING = np.array([((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)), ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))], dtype=np.float64)  # weights of the features in [φ τ], by row
+MIXING = np.array([((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)), ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))], dtype=np.float64)  # weights of the features in [φ τ], by row
 
 
 @inlined
@@ -2856,12 +2870,12 @@ def _signals(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_w, cos_the
     payload_step_ratio = parameters[30]
     external_push_start = parameters[31]
     external_push_end = parameters[32]
-    R = parameters[51]
-    g = parameters[52]
-    alpha = parameters[53]
-    J_w = parameters[54]
-    L = parameters[55]
-    origin = parameters[56]
+    R = parameters[52]
+    g = parameters[53]
+    alpha = parameters[54]
+    J_w = parameters[55]
+    L = parameters[56]
+    origin = parameters[57]
     c0 = 1/R
     c1 = g*math.sin(slope_angle)
     c2 = c0*c1
@@ -2876,9 +2890,10 @@ def _signals(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_w, cos_the
     c11 = abs(-dtheta_p + dtheta_w)
     c12 = stribeck_drive_speed**(-2)
     c13 = cogging_periods*theta_p - cogging_periods*theta_w
-    c14 = dtheta_p*dtheta_w*sin_sum_3
-    c15 = cos_sum_3*dtheta_p
-    c16 = cos_sum_3*dtheta_w
+    c14 = abs(v_in)
+    c15 = dtheta_p*dtheta_w*sin_sum_3
+    c16 = cos_sum_3*dtheta_p
+    c17 = cos_sum_3*dtheta_w
     signal_0 = c2
     signal_1 = c1*c5
     signal_2 = dtheta_p
@@ -2900,35 +2915,37 @@ def _signals(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_w, cos_the
     signal_18 = origin
     signal_19 = _step(-c3 - external_push_start)
     signal_20 = _step(-c3 - external_push_end)
-    signal_21 = 1
-    signal_22 = c14
-    signal_23 = c14*c4
-    signal_24 = c4*sin_sum_2
-    signal_25 = sin_sum_2
-    signal_26 = c15
-    signal_27 = c15*c4
-    signal_28 = theta_w
-    signal_29 = c16
-    signal_30 = c16*c4
-    signal_31 = theta_p
-    signal_32 = theta_w
+    signal_21 = c14*dtheta_w
+    signal_22 = c14*dtheta_p
+    signal_23 = 1
+    signal_24 = c15
+    signal_25 = c15*c4
+    signal_26 = c4*sin_sum_2
+    signal_27 = sin_sum_2
+    signal_28 = c16
+    signal_29 = c16*c4
+    signal_30 = theta_w
+    signal_31 = c17
+    signal_32 = c17*c4
     signal_33 = theta_p
-    signal_34 = R*c5*theta_w
-    signal_35 = L*c0*c4*theta_p
-    signal_36 = v_in
-    signal_37 = c9*abs(c8)
-    signal_38 = c10*c6
-    signal_39 = c10*c7
-    signal_40 = J_w*c2/alpha
+    signal_34 = theta_w
+    signal_35 = theta_p
+    signal_36 = R*c5*theta_w
+    signal_37 = L*c0*c4*theta_p
+    signal_38 = v_in
+    signal_39 = c9*abs(c8)
+    signal_40 = c10*c6
+    signal_41 = c10*c7
+    signal_42 = J_w*c2/alpha
 
-    return signal_0, signal_1, signal_2, signal_3, signal_4, signal_5, signal_6, signal_7, signal_8, signal_9, signal_10, signal_11, signal_12, signal_13, signal_14, signal_15, signal_16, signal_17, signal_18, signal_19, signal_20, signal_21, signal_22, signal_23, signal_24, signal_25, signal_26, signal_27, signal_28, signal_29, signal_30, signal_31, signal_32, signal_33, signal_34, signal_35, signal_36, signal_37, signal_38, signal_39, signal_40,
+    return signal_0, signal_1, signal_2, signal_3, signal_4, signal_5, signal_6, signal_7, signal_8, signal_9, signal_10, signal_11, signal_12, signal_13, signal_14, signal_15, signal_16, signal_17, signal_18, signal_19, signal_20, signal_21, signal_22, signal_23, signal_24, signal_25, signal_26, signal_27, signal_28, signal_29, signal_30, signal_31, signal_32, signal_33, signal_34, signal_35, signal_36, signal_37, signal_38, signal_39, signal_40, signal_41, signal_42,
 
 
 @internal
 def _signals_at(t, state, voltage, parameters, signal):
     """_signals in a state (NX,), into signal (SIGNALS,)."""
     angle_theta_w, angle_sum_1, angle_sum_2, angle_sum_3, = _angles(t, state[0], state[1], state[2], state[3], _frozen(parameters))
-    signal[0], signal[1], signal[2], signal[3], signal[4], signal[5], signal[6], signal[7], signal[8], signal[9], signal[10], signal[11], signal[12], signal[13], signal[14], signal[15], signal[16], signal[17], signal[18], signal[19], signal[20], signal[21], signal[22], signal[23], signal[24], signal[25], signal[26], signal[27], signal[28], signal[29], signal[30], signal[31], signal[32], signal[33], signal[34], signal[35], signal[36], signal[37], signal[38], signal[39], signal[40], = _signals(t, state[0], state[1], state[2], state[3], voltage, math.sin(angle_theta_w), math.cos(angle_theta_w), math.sin(angle_sum_1), math.cos(angle_sum_1), math.sin(angle_sum_2), math.cos(angle_sum_2), math.sin(angle_sum_3), math.cos(angle_sum_3), parameters)
+    signal[0], signal[1], signal[2], signal[3], signal[4], signal[5], signal[6], signal[7], signal[8], signal[9], signal[10], signal[11], signal[12], signal[13], signal[14], signal[15], signal[16], signal[17], signal[18], signal[19], signal[20], signal[21], signal[22], signal[23], signal[24], signal[25], signal[26], signal[27], signal[28], signal[29], signal[30], signal[31], signal[32], signal[33], signal[34], signal[35], signal[36], signal[37], signal[38], signal[39], signal[40], signal[41], signal[42], = _signals(t, state[0], state[1], state[2], state[3], voltage, math.sin(angle_theta_w), math.cos(angle_theta_w), math.sin(angle_sum_1), math.cos(angle_sum_1), math.sin(angle_sum_2), math.cos(angle_sum_2), math.sin(angle_sum_3), math.cos(angle_sum_3), parameters)
 
 
 @internal
@@ -2938,20 +2955,20 @@ def _signal_rates(t, state, voltage, parameters, speed):
     dtheta_p = state[3]
     payload_step_time = parameters[29]
     payload_step_ratio = parameters[30]
-    R = parameters[51]
-    L = parameters[55]
+    R = parameters[52]
+    L = parameters[56]
     c0 = payload_step_ratio*_step(-payload_step_time + t)
-    speed[32] = dtheta_w
-    speed[33] = dtheta_p
-    speed[34] = R*c0*dtheta_w/L
-    speed[35] = L*c0*dtheta_p/R
+    speed[34] = dtheta_w
+    speed[35] = dtheta_p
+    speed[36] = R*c0*dtheta_w/L
+    speed[37] = L*c0*dtheta_p/R
 
 
 @inlined
-def _features(signal_0, signal_1, signal_2, signal_3, signal_4, signal_5, signal_6, signal_7, signal_8, signal_9, signal_10, signal_11, signal_12, signal_13, signal_14, signal_15, signal_16, signal_17, signal_18, signal_19, signal_20, signal_21, signal_22, signal_23, signal_24, signal_25, signal_26, signal_27, signal_28, signal_29, signal_30, signal_31, signal_32, signal_33, signal_34, signal_35, signal_36, signal_37, signal_38, signal_39, signal_40):
+def _features(signal_0, signal_1, signal_2, signal_3, signal_4, signal_5, signal_6, signal_7, signal_8, signal_9, signal_10, signal_11, signal_12, signal_13, signal_14, signal_15, signal_16, signal_17, signal_18, signal_19, signal_20, signal_21, signal_22, signal_23, signal_24, signal_25, signal_26, signal_27, signal_28, signal_29, signal_30, signal_31, signal_32, signal_33, signal_34, signal_35, signal_36, signal_37, signal_38, signal_39, signal_40, signal_41, signal_42):
     """Sums of filtered signals that always come together."""
     feature_0 = signal_0
-    feature_1 = signal_1 + signal_26 + signal_27 + signal_34
+    feature_1 = signal_1 + signal_28 + signal_29 + signal_36
     feature_2 = -signal_2 + signal_3 - signal_4
     feature_3 = signal_5
     feature_4 = signal_6
@@ -2966,31 +2983,32 @@ def _features(signal_0, signal_1, signal_2, signal_3, signal_4, signal_5, signal
     feature_13 = signal_16
     feature_14 = signal_17 - signal_18
     feature_15 = -signal_19 + signal_20
-    feature_16 = -signal_21
-    feature_17 = -signal_22 - signal_23 - signal_29 - signal_30 - signal_35
-    feature_18 = signal_24 + signal_25
-    feature_19 = signal_28
-    feature_20 = -signal_31
-    feature_21 = signal_32
-    feature_22 = -signal_33
-    feature_23 = signal_36 - signal_37 + signal_38 - signal_39
-    feature_24 = 2*signal_40
+    feature_16 = signal_21 - signal_22
+    feature_17 = -signal_23
+    feature_18 = -signal_24 - signal_25 - signal_31 - signal_32 - signal_37
+    feature_19 = signal_26 + signal_27
+    feature_20 = signal_30
+    feature_21 = -signal_33
+    feature_22 = signal_34
+    feature_23 = -signal_35
+    feature_24 = signal_38 - signal_39 + signal_40 - signal_41
+    feature_25 = 2*signal_42
 
-    return feature_0, feature_1, feature_2, feature_3, feature_4, feature_5, feature_6, feature_7, feature_8, feature_9, feature_10, feature_11, feature_12, feature_13, feature_14, feature_15, feature_16, feature_17, feature_18, feature_19, feature_20, feature_21, feature_22, feature_23, feature_24,
+    return feature_0, feature_1, feature_2, feature_3, feature_4, feature_5, feature_6, feature_7, feature_8, feature_9, feature_10, feature_11, feature_12, feature_13, feature_14, feature_15, feature_16, feature_17, feature_18, feature_19, feature_20, feature_21, feature_22, feature_23, feature_24, feature_25,
 
 
 @internal
 def _assemble(signal, tau, phi):
     """Filtered left side and regressor from the filtered signals (paper eqs. 39, 40)."""
-    feature_0, feature_1, feature_2, feature_3, feature_4, feature_5, feature_6, feature_7, feature_8, feature_9, feature_10, feature_11, feature_12, feature_13, feature_14, feature_15, feature_16, feature_17, feature_18, feature_19, feature_20, feature_21, feature_22, feature_23, feature_24, = _features(signal[0], signal[1], signal[2], signal[3], signal[4], signal[5], signal[6], signal[7], signal[8], signal[9], signal[10], signal[11], signal[12], signal[13], signal[14], signal[15], signal[16], signal[17], signal[18], signal[19], signal[20], signal[21], signal[22], signal[23], signal[24], signal[25], signal[26], signal[27], signal[28], signal[29], signal[30], signal[31], signal[32], signal[33], signal[34], signal[35], signal[36], signal[37], signal[38], signal[39], signal[40])
-    c0 = feature_21 + feature_22
+    feature_0, feature_1, feature_2, feature_3, feature_4, feature_5, feature_6, feature_7, feature_8, feature_9, feature_10, feature_11, feature_12, feature_13, feature_14, feature_15, feature_16, feature_17, feature_18, feature_19, feature_20, feature_21, feature_22, feature_23, feature_24, feature_25, = _features(signal[0], signal[1], signal[2], signal[3], signal[4], signal[5], signal[6], signal[7], signal[8], signal[9], signal[10], signal[11], signal[12], signal[13], signal[14], signal[15], signal[16], signal[17], signal[18], signal[19], signal[20], signal[21], signal[22], signal[23], signal[24], signal[25], signal[26], signal[27], signal[28], signal[29], signal[30], signal[31], signal[32], signal[33], signal[34], signal[35], signal[36], signal[37], signal[38], signal[39], signal[40], signal[41], signal[42])
+    c0 = feature_22 + feature_23
     c1 = feature_3 - feature_6
-    tau[0] = feature_23 + feature_24
-    tau[1] = feature_23
-    phi[0, 0] = feature_0 + feature_21
+    tau[0] = feature_24 + feature_25
+    tau[1] = feature_24
+    phi[0, 0] = feature_0 + feature_22
     phi[0, 1] = c0
     phi[0, 2] = feature_1
-    phi[0, 5] = feature_19
+    phi[0, 5] = feature_20
     phi[0, 6] = feature_2
     phi[0, 7] = feature_3
     phi[0, 8] = feature_4
@@ -3000,7 +3018,7 @@ def _assemble(signal, tau, phi):
     phi[0, 12] = feature_7
     phi[0, 13] = feature_8
     phi[0, 14] = feature_9
-    phi[0, 15] = feature_19
+    phi[0, 15] = feature_20
     phi[0, 16] = feature_10
     phi[0, 17] = feature_11
     phi[0, 18] = feature_12
@@ -3008,11 +3026,12 @@ def _assemble(signal, tau, phi):
     phi[0, 21] = feature_14
     phi[0, 22] = feature_15
     phi[0, 23] = feature_16
+    phi[0, 24] = feature_17
     phi[1, 1] = c0
-    phi[1, 2] = feature_17
-    phi[1, 3] = feature_22
-    phi[1, 4] = feature_18
-    phi[1, 5] = feature_19
+    phi[1, 2] = feature_18
+    phi[1, 3] = feature_23
+    phi[1, 4] = feature_19
+    phi[1, 5] = feature_20
     phi[1, 6] = feature_2
     phi[1, 7] = feature_3
     phi[1, 8] = feature_4
@@ -3022,8 +3041,9 @@ def _assemble(signal, tau, phi):
     phi[1, 12] = feature_7
     phi[1, 13] = feature_8
     phi[1, 14] = feature_9
-    phi[1, 20] = feature_20
-    phi[1, 24] = -feature_16
+    phi[1, 20] = feature_21
+    phi[1, 23] = feature_16
+    phi[1, 25] = -feature_17
 
 
 @compiled
@@ -3206,7 +3226,7 @@ INTERVAL_TOLERANCE = 1e-6  # by which share the interval may differ within a blo
 BLOCK_STRIDE = BLOCK_SIZE + 8  # room for the sample before a block
 SINES = NX * BLOCK_STRIDE  # rows of the scratch array of a block: states, sines and cosines, what enters the filters and leaves them, features
 FIRST_IN = SINES + 8 * BLOCK_STRIDE
-FILTERS = 38  # signals that are the same, and differ in their derivatives alone, share one
+FILTERS = 40  # signals that are the same, and differ in their derivatives alone, share one
 SECOND_IN, VALUE, FREE_DECAY = FIRST_IN + FILTERS * BLOCK_SIZE, FIRST_IN + 2 * FILTERS * BLOCK_SIZE, FIRST_IN + 3 * FILTERS * BLOCK_SIZE
 FEATURE = FREE_DECAY + 3 * BLOCK_SIZE
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from derive.effects.row import INPUT_SIGNAL, Effect, EffectParameter, InputDelay, InputLag, InputMap, Quantiles
-from derive.lazy import Magnitude, Ramp, Sign
+from derive.effects.row import INPUT_SIGNAL, Effect, EffectParameter, Force, InputDelay, InputLag, InputMap, Quantiles
+from derive.lazy import Magnitude, Ramp, Sign, functions
 
 EFFECT_ROWS = (
     Effect(
@@ -102,5 +102,24 @@ EFFECT_ROWS = (
         InputMap(lambda V, t, offset: V + offset),
         means="The driver's zero is off, or the motor is pulled one way.",
         resembles="`slope`, `voltage_asymmetry`.",
+    ),
+    Effect(
+        "coasting_driver",
+        "actuator",
+        "The driver lets the motor coast in the pauses of its PWM.",
+        "f = r |U| s in the drive",
+        (EffectParameter("rate", "s/rad", letter="r", minimum=0.0, typical=0.02),),
+        Force("drive", lambda a, s, rate: rate * Magnitude(functions.INPUT_SYMBOL) * s, switched=True),
+        dissipates=True,
+        means="Back-EMF brakes the motor only while the driver is on: in its slow-decay (brake) mode the speed would "
+        "follow the duty on a straight line.",
+        law_text="U is the voltage that reaches the motor, the supply's times the duty; the back-EMF acts for that "
+        "share of the time, so that r is the back-EMF's constant over the supply's voltage. An H-bridge whose enable "
+        "pin gets the PWM (L298N, say) drives a motor so.",
+        residual="a missing force against the speed, the larger the command; the motor runs at half the duty nearly "
+        "as fast as at full.",
+        resembles="`quadratic_drive`, where large commands make large speeds; viscous friction, where the command is "
+        "always as large.",
+        remarks=("Not on a machine whose input is no voltage, nor with several inputs.",),
     ),
 )

@@ -63,10 +63,14 @@ class EffectParameter(NamedTuple):
 
 
 class Force(NamedTuple):
-    """A resistance on a port: law(port angle, port speed, parameters)."""
+    """A resistance on a port: law(port angle, port speed, parameters).
+
+    A ``switched`` law depends on INPUT_SYMBOL, the voltage that reaches the motor.
+    """
 
     port: str
     law: Callable[..., sp.Expr]
+    switched: bool = False
 
 
 class DryForce(NamedTuple):
@@ -226,6 +230,14 @@ class Effect:
     def carries(self) -> bool:
         """True where it adds states, which carry over from one fitted segment to the next."""
         return isinstance(self.enters, HysteresisForce | InternalForce | InternalPlay | SensorFilter)
+
+    @property
+    def follows_input(self) -> bool:
+        """True of a resistance that grows with the input."""
+        match self.enters:
+            case Force(switched=True) | DryForce(loaded=True):
+                return True
+        return False
 
     @property
     def input_memory(self) -> float:

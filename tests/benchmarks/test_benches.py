@@ -18,6 +18,13 @@ def test_a_shaft_gathers_speed_as_its_closed_form_says_and_stands_where_friction
     assert not motion(Bench(0.02, viscous=0.1, dry=3.1), 0.01, drive).any()
 
 
+def test_a_motor_that_coasts_in_the_pauses_of_its_driver_runs_at_half_the_duty_nearly_as_fast_as_at_full():
+    bench = Bench(0.02, viscous=0.01, back_emf=0.1, supply=12.0)
+    half, full, back = (np.ptp(motion(bench, 0.01, np.full(300, d))[-50:]) / 0.49 for d in (6.0, 12.0, -6.0))
+    assert full == pytest.approx(12.0 / 0.11, rel=1e-3)
+    assert half == pytest.approx(6.0 / (0.01 + 0.1 / 2), rel=1e-3) and back == pytest.approx(half, rel=1e-6)
+
+
 def test_a_link_without_friction_keeps_its_energy_and_dry_friction_takes_four_times_itself_a_period():
     free = motion(Bench(0.02, 1.0), 0.005, np.zeros(2000), 0.3)
     assert np.abs(free[-200:]).max() == pytest.approx(0.3, abs=1e-4)
@@ -29,18 +36,19 @@ def test_a_link_without_friction_keeps_its_energy_and_dry_friction_takes_four_ti
 
 def test_cases_are_drawn_alike_each_time_and_hold_what_they_hide():
     cases = plan(30)
-    assert [c.kind for c in cases[:3]] == list(MACHINE_KINDS)
+    assert [c.kind for c in cases[:4]] == list(MACHINE_KINDS)
     for case in cases:
         bench = made(case)
         assert np.array_equal(bench.log.measured, made(case).log.measured)
         assert np.isfinite(bench.log.measured).all() and set(bench.hidden) <= set(_sizes(case.kind))
+        assert ("coasting_driver.rate" in bench.hidden) == (case.kind == "coasting motor")
     assert 20 <= sum(len(made(c).hidden) for c in cases) <= 60
 
 
 def _sizes(kind):
     swing = ("viscous_drive.coefficient", "coulomb_drive.torque", "quadratic_drive.coefficient", "encoder_zero.bias")
-    driven = ("coulomb_drive.torque", "actuator_delay.delay", "voltage_saturation.limit")
-    return swing if kind == "swing" else (*driven, swing[2] if kind == "motor" else swing[3])
+    driven = ("coulomb_drive.torque", "actuator_delay.delay", "voltage_saturation.limit", "coasting_driver.rate")
+    return swing if kind == "swing" else (*driven, swing[3] if kind == "driven pendulum" else swing[2])
 
 
 def test_an_encoder_rounds_to_its_counts():

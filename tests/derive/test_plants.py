@@ -1,11 +1,13 @@
 """Plants of the library: what acts on their parts, and in which units."""
 
+import numpy as np
 import pytest
 import sympy as sp
 
 import derive
 from derive.algebra import are_proportional
 from derive.effects import in_plant_units
+from derive.functions import Magnitude, Ramp, Sign
 
 EVERY = [
     ("slide", {}),
@@ -50,6 +52,27 @@ def test_effects_act_on_parts_and_not_on_plants():
     assert "coulomb_joint" in fitting("cart_pole") and "coulomb_joint" not in fitting("slide")
     assert "rolling_resistance" in fitting("wheel_pendulum") and "rolling_resistance" not in fitting("cart_pole")
     assert "imu_bias" in fitting("cart_pole") and "gyro_bias" not in fitting("cart_pole")
+
+
+def test_a_motor_coasts_where_a_driver_switches_a_voltage_on_one_motor():
+    def coasts(name, **assumptions):
+        plant = derive.plants.build(name, derive.plants.complete_assumptions(name, assumptions)).plant_signature
+        return "coasting_driver" in {e.name for e in derive.effects.applicable_to(plant)}
+
+    assert all(map(coasts, ("shaft", "slide", "wheel_pendulum", "cart_pole"))) and coasts("pendulum", driven=True)
+    assert not coasts("pendulum") and not coasts("pendulum", links=2, driven="both")
+    assert not coasts("pendulum", links=2, driven="second")  # the motor is at the other joint
+    assert not coasts("shaft", input_unit="A") and not coasts("slide", input_unit="N")
+
+
+@pytest.mark.parametrize(("volts", "acting"), [(6.0, 5.0), (-6.0, 5.0), (0.8, 0.0)])
+def test_what_grows_with_the_voltage_follows_that_which_reaches_the_motor(volts, acting):
+    (row,) = derive.compose("shaft", {}, ("coasting_driver", "voltage_dead_zone")).residual
+    own = {"X1": 0.1, "X2": 0.2, "ddtheta_m": 0.0, "dtheta_m": 3.0, "v_in": volts}
+    sizes = {"coasting_driver.rate": 0.02, "voltage_dead_zone.threshold": 1.0}
+    at = {s: (own | sizes)[s.name] for s in row.free_symbols}
+    value = float(row.subs(at).replace(Magnitude, sp.Abs).replace(Sign, sp.sign).replace(Ramp, lambda x: sp.Max(x, 0)))
+    assert value == pytest.approx(0.2 * 3.0 + 0.02 * acting * 3.0 - np.sign(volts) * acting)
 
 
 def test_without_ground_friction_the_two_dampings_are_one():

@@ -30,6 +30,7 @@ HIDDEN = {
     "voltage_asymmetry": {"ratio": 0.05},
     "voltage_sag": {"rate": 0.005},
     "voltage_offset": {"offset": 0.2},
+    "coasting_driver": {"rate": 0.005},
     "imu_bias": {"bias": 0.02},
     "gyro_bias": {"bias": 0.05},
     "gyro_scale": {"scale": 0.1},

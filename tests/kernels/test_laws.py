@@ -44,6 +44,7 @@ LAWS = {  # sizes, and the forces on wheel and body [V] in a state and under a v
         {"sine": 0.2, "cosine": 0.1, "periods": 7.0},
         on_drive(lambda a, s: -(0.2 * np.sin(7 * a) + 0.1 * np.cos(7 * a))),
     ),
+    "coasting_driver": ({"rate": 0.02}, lambda x, v: -0.02 * abs(v) * (x[2] - x[3]) * BOTH),
     "ground_viscous": ({"coefficient": 0.05}, on_wheel(lambda a, v: 0.05 * v)),
     "rolling_resistance": ({"torque": 0.2}, on_wheel(lambda a, v: 0.2 * np.sign(v))),
     "wheel_runout": ({"sine": 0.1, "cosine": 0.05}, on_wheel(lambda a, v: -(0.1 * np.sin(a) + 0.05 * np.cos(a)))),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
 DEFAULT_COUNT = 120
-MACHINE_KINDS = ("swing", "motor", "driven pendulum")  # in turn
+MACHINE_KINDS = ("swing", "motor", "driven pendulum", "coasting motor")  # in turn
 KIND_MODELS = {
     "swing": 'plant = "pendulum"\n',
     "motor": 'plant = "shaft"\n',
+    "coasting motor": 'plant = "shaft"\n',
     "driven pendulum": 'plant = "pendulum"\n[assumptions]\ndriven = true\n',
 }
 RATES_HZ, SPANS_S, ENCODER_COUNTS = (50.0, 100.0, 200.0, 500.0), (4.0, 6.0, 10.0, 15.0), (400, 1024, 2048, 4096, 0)
@@ -66,7 +67,7 @@ def made(case: Case) -> Made:
     t = np.arange(round(rate * span)) / rate
     angles, drive, hidden = _swung(rng, rate, t) if case.kind == "swing" else _driven(rng, case.kind, rate, t)
     seen = counted(angles, counts) if counts else angles + NOISE_RAD * rng.standard_normal(t.size)
-    channel = "theta_m" if case.kind == "motor" else "theta_1"
+    channel = "theta_m" if "motor" in case.kind else "theta_1"
     return Made(Log(case.key, t, drive, seen[:, None], (channel,), rates={}), hidden)
 
 
@@ -97,9 +98,9 @@ def _driven(
         "quadratic_drive.coefficient": (0.2, rng.uniform(0.1, 0.5)),
         "encoder_zero.bias": (0.4, rng.normal(0.0, 0.03)),
     }
-    del sizes["encoder_zero.bias" if kind == "motor" else "quadratic_drive.coefficient"]
+    del sizes["quadratic_drive.coefficient" if kind == "driven pendulum" else "encoder_zero.bias"]
     hidden = _chosen(rng, sizes)
-    if kind == "motor":
+    if kind != "driven pendulum":
         back_emf = rng.uniform(0.02, 0.3)
         inertia, weight = back_emf * rng.uniform(0.03, 0.3), 0.0
         if drag := hidden.get("quadratic_drive.coefficient"):  # a share of the back-EMF at full speed
@@ -111,6 +112,10 @@ def _driven(
     most = hidden.get("voltage_saturation.limit", np.inf)
     _, dry, quadratic = _frictions(hidden)
     bench = Bench(inertia, weight, back_emf, dry, quadratic)
+    if kind == "coasting motor":
+        supply = limit * rng.uniform(1.0, 1.3)
+        bench = replace(bench, viscous=rng.uniform(0.05, 0.5) * back_emf, back_emf=back_emf, supply=supply)
+        hidden["coasting_driver.rate"] = back_emf / supply
     angles = motion(bench, 1.0 / rate, np.clip(acting, -most, most))
     return angles + hidden.get("encoder_zero.bias", 0.0), command, hidden
 

@@ -1,7 +1,7 @@
 """Motion of a link or a shaft in steps of 4 µs, apart from the tool's simulator: dry friction may hold, or slide.
 
 Symplectic Euler steps; friction is applied last, and takes the speed to zero where it could turn it round within a step
-(Moreau's time stepping).
+(Moreau's time stepping). A driver that lets the motor coast is switched on or off for a step: no law of it is stated.
 """
 
 from __future__ import annotations
@@ -25,23 +25,31 @@ class Bench:
     viscous: float = 0.0
     dry: float = 0.0
     quadratic: float = 0.0
+    back_emf: float = 0.0  # V s/rad, that acts while the driver is on, beside what is viscous
+    supply: float = 0.0  # V, of a driver that lets the motor coast in its pauses; 0 of one that gives the drive itself
 
 
 def motion(bench: Bench, interval_s: float, drive: np.ndarray, begin_rad: float = 0.0) -> np.ndarray:
     """Angles (N,) [rad] of a machine let go at rest, at the begin of each interval of a drive (N,) held within it."""
     steps = round(interval_s / STEP_S)
-    laws = (bench.inertia, bench.weight, bench.viscous, bench.dry, bench.quadratic)
+    laws = (*vars(bench).values(),)
     return _angles(interval_s / steps, steps, drive, begin_rad, *laws)
 
 
 @njit
-def _angles(step, steps, drive, begin, inertia, weight, viscous, dry, quadratic):
-    angles, angle, speed, held = np.empty(len(drive)), begin, 0.0, step * dry / inertia
+def _angles(step, steps, drive, begin, inertia, weight, viscous, dry, quadratic, back_emf, supply):
+    angles, angle, speed, held, due = np.empty(len(drive)), begin, 0.0, step * dry / inertia, 0.0
     for k in range(len(drive)):
         angles[k] = angle
         for _ in range(steps):
+            pushed = drive[k] - back_emf * speed
+            if supply > 0.0:
+                due += abs(drive[k]) / supply  # of a pulse that lasts a step
+                on = np.floor(due)
+                pushed = on * (np.sign(drive[k]) * supply - back_emf * speed)
+                due -= on
             resisted = weight * np.sin(angle) + viscous * speed + quadratic * speed * abs(speed)
-            speed += step * (drive[k] - resisted) / inertia
+            speed += step * (pushed - resisted) / inertia
             speed -= min(max(speed, -held), held)
             angle += step * speed
     return angles

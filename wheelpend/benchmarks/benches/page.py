@@ -21,7 +21,8 @@ Links that swing freely, motors on a bench and pendulums that a motor drives, dr
 500 Hz, an encoder of 400 to 4096 counts a turn or noise of {1e3 * NOISE_RAD:g} mrad. They move in steps of 4 µs, apart
 from the tool's own simulator, with dry friction that may hold. A swing has some of: viscous, dry and quadratic
 friction and an encoder's zero; the others some of: dry friction, a delay of one to three rows, a limit of the supply,
-drag or an encoder's zero. Sizes are not chosen to be visible: a limit that the command hardly reaches is hidden too.
+drag or an encoder's zero. A coasting motor has a driver that opens in the pauses of its pulses. Sizes are not chosen
+to be visible: a limit that the command hardly reaches is hidden too.
 The swings begin at 0.1 to 1.8 rad and often end at rest in the midst of the log.
 
 `explain` is given the log and a plain model. An effect counts as found where it is a step, or is said to be hard to

@@ -20,7 +20,7 @@ FORCE_LAW_PARAMETERS = (
     "cogging.cosine", "cogging.periods", "stribeck_drive.static", "stribeck_drive.sliding", "stribeck_drive.speed",
     "presliding_drive.torque", "presliding_drive.stiffness", "air_drag.coefficient", "wheel_runout.sine",
     "wheel_runout.cosine", "wheel_slip.stiffness", "wheel_slip.limit", "external_push.start", "external_push.end",
-    "external_push.torque", "payload_step.time", "payload_step.ratio",
+    "external_push.torque", "payload_step.time", "payload_step.ratio", "coasting_driver.rate",
 )  # fmt: skip
 VOLTAGE_PARAMETERS = (
     "actuator_delay.delay", "voltage_saturation.limit", "voltage_dead_zone.threshold", "voltage_sag.rate",
@@ -50,6 +50,7 @@ class ForceLaws:
         slip, wheel = data.qvel[2], data.qvel[1] + data.qvel[2]
         angle = data.qpos[1] + data.qpos[2] - self.of("slope.angle")
         drive = self.gearbox(data.qpos[2], slip) - self.presliding(slip)
+        drive -= self.of("coasting_driver.rate") * abs(data.ctrl[0]) * slip  # back-EMF, as long as the driver is on
         ground = -self.of("air_drag.coefficient") * wheel * abs(wheel)
         ground += self.of("wheel_runout.sine") * np.sin(angle) + self.of("wheel_runout.cosine") * np.cos(angle)
         traction = self.traction(wheel - data.qvel[0] / WHEEL_RADIUS_M)

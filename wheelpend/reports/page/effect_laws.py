@@ -15,7 +15,7 @@ import sympy as sp
 
 import derive
 from derive.effects import Deformation, DryForce, Effect, Force, InputDelay, InputLag, InputMap, SensorMap
-from derive.functions import LOAD_SYMBOL, TIME_SYMBOL, symbol
+from derive.functions import INPUT_SYMBOL, LOAD_SYMBOL, TIME_SYMBOL, symbol
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
@@ -74,12 +74,15 @@ def _resistance_plot(
     states, window = measured_states(problem.module, segments.log), _window(segments)
     size, weights, unit = problem.module.NQ, problem.port_weights(port), problem.plant.port(port).unit
     force = problem.plant.force_unit(unit)
+    command = segments.log.voltage[window].reshape(states[window].shape[0], -1).mean(axis=1)
     origin = segments.log.measured[np.isfinite(segments.log.measured[:, 0]), 0]
     law = law.subs(symbol("origin"), float(origin[0]) if origin.size else 0.0)
     covered = _motion_signals(problem, segments) | {
         speed: (f"speed at the {port}", f"{unit}/s", states[window, size:] @ weights),
         angle: (f"{'angle' if unit == 'rad' else 'place'} at the {port}", unit, states[window, :size] @ weights),
-        LOAD_SYMBOL: ("load", force, segments.log.voltage[window].reshape(states[window].shape[0], -1).mean(axis=1)),
+        LOAD_SYMBOL: ("load", force, command),
+        INPUT_SYMBOL: (problem.plant.input_word, problem.plant.input_unit, command),
+        symbol(problem.plant.input): (problem.plant.input_word, problem.plant.input_unit, command),
     }
     return _law_plot(effect, law, covered, f"resistance at the {port} [{force}]", values)
 
