@@ -18,9 +18,13 @@ def swing_log(
 
 def shaft_log(
     rate_hz: float, volts: np.ndarray, counts: int, inertia: float, viscous: float, *,
-    dry: float = 0.0, quadratic: float = 0.0, limit: float = np.inf,
+    dry: float = 0.0, quadratic: float = 0.0, limit: float = np.inf, back_emf: float = 0.0, supply: float = 0.0,
 ) -> Log:  # fmt: skip
-    """A motor's shaft under a voltage (N,), held from row to row and limited [V]; forces in V."""
+    """A motor's shaft under a voltage (N,), held from row to row and limited [V]; forces in V.
+
+    With a supply [V] its driver lets it coast in the pauses of its pulses.
+    """
     t = np.arange(len(volts)) / rate_hz
-    seen = motion(Bench(inertia, 0.0, viscous, dry, quadratic), 1.0 / rate_hz, np.clip(volts, -limit, limit))
+    bench = Bench(inertia, 0.0, viscous, dry, quadratic, back_emf, supply)
+    seen = motion(bench, 1.0 / rate_hz, np.clip(volts, -limit, limit))
     return Log("shaft", t, volts, counted(seen, counts)[:, None], ("theta_m",), rates={})

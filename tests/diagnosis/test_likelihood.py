@@ -22,7 +22,8 @@ from wheelpend.diagnosis.likelihood.held_out import (
     one_sided_p_value,
 )
 from wheelpend.diagnosis.likelihood.judgement import Judged, JudgedModel, judge
-from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
+from wheelpend.diagnosis.likelihood import pairs
+from wheelpend.diagnosis.likelihood.pairs import RefittedPair, supported_pair
 from wheelpend.diagnosis.likelihood.refits import settled
 from wheelpend.diagnosis.likelihood.remaining import searched_remainder
 from wheelpend.diagnosis.likelihood.repeatability import (
@@ -143,9 +144,9 @@ def pair_of(dry: float, spring: float):
     model = filtered_model(problem, [start], lambda text: None)
     (scores, *_) = linear_scores(model)
     names = ("coulomb_drive", "tether_spring")
-    gain, sizes = scores.together([e for e in linear_effects(model) if e.name in names])
-    tried = [ScoredPair(dict(zip(names, sizes, strict=True)), gain)]
-    return supported_pair(JudgedModel.of(model), tried, 500, lambda text: None)
+    _, sizes = scores.together([e for e in linear_effects(model) if e.name in names])
+    both = with_both(model, dict(zip(names, sizes, strict=True)))
+    return supported_pair(JudgedModel.of(model), [RefittedPair(names, both)], 500)
 
 
 def test_two_effects_that_are_there_are_supported_together_and_one_that_is_not_has_no_partner():
@@ -323,7 +324,7 @@ def searched_where_nothing_lowers(monkeypatch, without=OTHERS, *, has_weight=Fal
     """Diagnoses of a log with dry friction, of which no effect is let lower the error or the force, or have weight."""
     monkeypatch.setattr(Judged, "lowers", lambda self, error: False)
     monkeypatch.setattr(Judged, "has_weight", has_weight)
-    monkeypatch.setattr(one_round, "leading_pairs", lambda model: [])
+    monkeypatch.setattr(one_round, "refitted_pairs", lambda base, refits, progress: [])
     problem, start = begun(DRY, 1, without)
     return rounds_by_likelihood(problem, start, lambda rounds: len(rounds) > 2, lambda text: None)
 

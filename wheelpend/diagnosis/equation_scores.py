@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from derive.effects import Effect
+from derive.effects import DryForce, Effect
 from wheelpend.estimation.linear_fit import triangular_factor
 from wheelpend.estimation.nonnegative import MIN_PARAMETER_RATIO, SMALLEST_NORM, nonnegative_solution
 from wheelpend.estimation.parameters import kernel_parameters
@@ -82,12 +82,12 @@ def leading_by_equations(scores: Mapping[str, EquationScore]) -> dict[str, Equat
 def _is_linear(problem: EstimationProblem, effect: Effect) -> bool:
     """True of a lasting effect all of whose parameters are linear, and the same in all logs.
 
-    Not of what grows with the input: its regression balances that, and leaves the plant nothing to do.
+    Not of friction that grows with the load: its regression balances the input, and leaves the plant nothing to do.
     """
     linear = set(problem.module.LINEAR)
     shared = all(p.scope == "shared" for p in effect.parameters)
-    lasts = not (effect.event or effect.releases or effect.follows_input)
-    return shared and lasts and linear.issuperset(effect.full_names)
+    loaded = isinstance(effect.enters, DryForce) and effect.enters.loaded
+    return shared and not effect.event and not effect.releases and not loaded and linear.issuperset(effect.full_names)
 
 
 def _model_names(problem: EstimationProblem) -> list[str]:

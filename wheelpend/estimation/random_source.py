@@ -64,11 +64,21 @@ def possible_forces(plant: PlantSignature, channels: int) -> Sources:
     return tuple(RandomSource(place, rows, silent) for rows, place in distinct.items())
 
 
-def possible_errors(outputs: Sequence[str], rows: int) -> Sources:
-    """Errors that the sensors may have: one of each channel, and the same as those of a filter."""
+def all_errors(outputs: Sequence[str], rows: int) -> Sources:
+    """Errors that sensors can have: one of each channel, and the same as those of a filter."""
     count, silent = len(outputs), (0.0,) * rows
     plain = [RandomSource(name, silent, tuple(float(k == n) for k in range(count))) for n, name in enumerate(outputs)]
     return (*plain, *(replace(error, lags=True) for error in plain))
+
+
+def possible_errors(outputs: Sequence[str], rows: int) -> Sources:
+    """Errors that the sensors of a machine may have: those of filters where there are several.
+
+    What a sensor alone reads late the machine has done late, as far as its log can tell: that is a delay or a lag of
+    what drives it, which are effects.
+    """
+    errors = all_errors(outputs, rows)
+    return errors if len(outputs) > 1 else tuple(e for e in errors if not e.lags)
 
 
 def correlation_bounds(durations: Sequence[float], sample_interval: float) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from wheelpend.estimation.random_source import RandomSource, Sources, possible_errors, possible_forces
+from wheelpend.estimation.random_source import RandomSource, Sources, all_errors, possible_forces
 from wheelpend.model.record import Model
 
 
@@ -20,7 +20,7 @@ def stored_sources(model: Model, outputs: Sequence[str]) -> Sources:
                 found.setdefault(source.place, source.with_noise(force.rms / weight, force.correlation_time))
     errors = [
         source.with_noise(error.rms, error.lag or error.correlation_time)
-        for source in possible_errors(outputs, len(rows))
+        for source in all_errors(outputs, len(rows))
         for channel, error in model.sensor_error.items()
         if source.place == channel and source.lags == bool(error.lag)
     ]

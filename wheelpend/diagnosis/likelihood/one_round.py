@@ -22,7 +22,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     with_weight,
 )
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
-from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
+from wheelpend.diagnosis.likelihood.pairs import FoundPair, refitted_pairs, supported_pair
 from wheelpend.diagnosis.likelihood.refits import (
     fitted_to_all,
     gone_on_with,
@@ -84,7 +84,7 @@ def one_round(
     one = _round_of_supported(base, telling, (), judged, worth, added, progress)
     if one:
         return one
-    pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
+    pair = supported_pair(base, refitted_pairs(base, refits, progress), _pair_tests(base.model))
     both = pair and _round_of_pair(pair, _with_evidence_of(worth, judged), added, progress)
     if both and both.larger is not None and goes_on(both.found):
         return both

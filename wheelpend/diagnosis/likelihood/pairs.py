@@ -1,19 +1,22 @@
 """Two effects that hide each other: neither alone is worth a step, both together are.
 
-Where no effect is worth a step alone, the pairs whose joint score promises most are refitted. A pair counts only where
-each of the two is worth naming beside the other, and both over the model without them.
+Where no effect is worth a step alone, the pairs whose joint score promises most are refitted; and behind the likeliest
+refits with one, those with the effects that lead the scores there: a wrong model's score may promise nothing of a pair.
+A pair counts only where each of the two is worth naming beside the other, and both over the model without them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import combinations, permutations
 from typing import NamedTuple
 
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.judgement import Judged, JudgedModel, judge
+from wheelpend.diagnosis.likelihood.meaning import without_meaning
 from wheelpend.diagnosis.likelihood.refits import with_both, without_effect
+from wheelpend.diagnosis.likelihood.relief import leading_refits
 from wheelpend.diagnosis.likelihood.whitened_scores import (
     MIN_GAIN_PER_COEFFICIENT,
     LinearScores,
@@ -24,6 +27,7 @@ from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.score_test import EffectSize, linear_names
 from wheelpend.estimation.problem import simpler_effects
 
+MAX_FIRSTS, MAX_PAIRS = 3, 5  # likeliest refits with one effect behind which a second is looked for; likeliest of both
 OF_THE_STEP = ("error_after", "fit", "blocks_agree", "held_out_gain", "in_sample_gain", "evidence")  # not of the pair
 
 
@@ -32,6 +36,13 @@ class ScoredPair(NamedTuple):
 
     sizes: dict[str, EffectSize]  # by effect
     gain: float  # expected fall of −2 log-likelihood, in units of their mean square, less what coefficients must bring
+
+
+class RefittedPair(NamedTuple):
+    """A model refitted with two effects more."""
+
+    effects: tuple[str, str]
+    model: FilteredModel
 
 
 class FoundPair(NamedTuple):
@@ -65,23 +76,50 @@ def _promising_pairs(model: FilteredModel, scores: LinearScores) -> Iterator[Sco
             yield ScoredPair(dict(zip(names, sizes, strict=True)), gain - sum(worth.values()))
 
 
-def supported_pair(base: JudgedModel, pairs: Iterable[ScoredPair], tests: int, progress: Progress) -> FoundPair | None:
+def refitted_pairs(
+    base: JudgedModel, refits: Mapping[str, FilteredModel], progress: Progress
+) -> Iterator[RefittedPair]:
+    """The model with the pairs that its scores promise, then with those behind its likeliest refits with one effect.
+
+    Of the latter the likeliest come first, and they lower the error over the horizon: behind a refit that went astray
+    two effects may take over what chance did, and no more.
+    """
+    for scored in leading_pairs(base.model):
+        first, second = scored.sizes
+        progress(f"refitting with {first} and {second} together")
+        if both := with_both(base.model, scored.sizes):
+            yield RefittedPair((first, second), both)
+    behind = [pair for e in _telling_firsts(base.model, refits) for pair in _with_a_second(e, refits[e], progress)]
+    for begun in sorted(behind, key=lambda pair: pair.model.deviance)[:MAX_PAIRS]:
+        if JudgedModel.of(begun.model).validated.error < base.validated.error:
+            yield begun
+
+
+def _telling_firsts(model: FilteredModel, refits: Mapping[str, FilteredModel]) -> list[str]:
+    """The effects with which data are likeliest, and clearly likelier than without, at a size that they may have."""
+    worth = {e: MIN_GAIN_PER_COEFFICIENT * len(linear_names(model.problem.effect(e))) for e in refits}
+    telling = [e for e, m in refits.items() if model.deviance - m.deviance > worth[e] and not without_meaning(m)]
+    return sorted(telling, key=lambda e: refits[e].deviance)[:MAX_FIRSTS]
+
+
+def _with_a_second(first: str, refit: FilteredModel, progress: Progress) -> Iterator[RefittedPair]:
+    """A refit with one effect, refitted with each of those that lead behind it and may stand beside it."""
+    for second, both in leading_refits(refit, lambda text: progress(f"{text}, beside {first}")).items():
+        if both.deviance < refit.deviance and first in both.problem.model.effects:
+            yield RefittedPair((first, second), both)
+
+
+def supported_pair(base: JudgedModel, pairs: Iterable[RefittedPair], tests: int) -> FoundPair | None:
     """The first pair that is supported, as one of so many tests; None where none is."""
-    for pair in pairs:
-        progress(f"refitting with {' and '.join(pair.sizes)} together")
-        both = with_both(base.model, pair.sizes)
-        found = _judged_pair(base, both, tuple(pair.sizes), tests) if both is not None else None
-        if found is not None:
-            return found
-    return None
+    return next(filter(None, (_judged_pair(base, pair, tests) for pair in pairs)), None)
 
 
-def _judged_pair(base: JudgedModel, both: FilteredModel, names: tuple[str, ...], tests: int) -> FoundPair | None:
+def _judged_pair(base: JudgedModel, pair: RefittedPair, tests: int) -> FoundPair | None:
     """Two effects if each is supported over the model with the other, and over the model without either.
 
     The one with which held-out data are predicted better alone comes first.
     """
-    alone = {}
+    names, both, alone = pair.effects, pair.model, {}
     for effect, other in permutations(names):
         single = without_effect(both, other)
         if single is None:

@@ -46,14 +46,14 @@ def with_refits(
     that minimum tell nothing: they are made once more from where it led.
     """
     progress("scoring every effect behind the filter")
-    refits = _refits(model, progress, only)
+    refits = leading_refits(model, progress, only)
     for _ in range(MAX_RELIEFS):
         likelier = _relieved(model, refits, progress)
         added = likelier.deviance - min((m.deviance for m in refits.values()), default=np.inf)
         if model.deviance - likelier.deviance <= max(MIN_RELIEF, added):
             return likelier, refits
         progress("scoring every effect once more, behind a likelier filter")
-        refits = _likelier_of_each(refits, _refits(likelier, progress, only))
+        refits = _likelier_of_each(refits, leading_refits(likelier, progress, only))
         model = likelier
     return _relieved(model, refits, progress), refits
 
@@ -69,7 +69,7 @@ def _likelier_of_each(
     return {e: m for k, (e, m) in enumerate(found.items()) if k < MAX_JUDGED or e in inside}
 
 
-def _refits(model: FilteredModel, progress: Progress, only: str) -> dict[str, FilteredModel]:
+def leading_refits(model: FilteredModel, progress: Progress, only: str = "") -> dict[str, FilteredModel]:
     """The model refitted with each effect that leads the scores or moves inside, by effect: those that are judged.
 
     Or with ``only`` one, where it is given.
