@@ -28,6 +28,7 @@ def measured_log(name, model):
 # ---- the judges on the measured logs, whose figures were found without this project
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effects", "error"),
     [

@@ -93,6 +93,7 @@ def served(request, files, monkeypatch):
             yield address
 
 
+@pytest.mark.slow
 def test_a_campaign_of_logs_behind_addresses_says_what_that_of_their_files_says(served, files, tmp_path):
     asked = {"method": "inverse"}
     here = campaign(Model.default(), files / "fleet.csv", **asked).logs

@@ -96,6 +96,7 @@ def test_where_no_log_is_of_use_the_command_fails_and_still_writes_the_messages(
     assert len(lines(workspace / "campaign.csv")) == 2
 
 
+@pytest.mark.slow
 def test_an_interrupted_campaign_goes_on_where_it_stopped(tmp_path):
     keep, asked = tmp_path / "c.results", {"seeds": range(2), "duration": SHORT, "method": "inverse"}
     with pytest.raises(KeyboardInterrupt):
@@ -106,6 +107,7 @@ def test_an_interrupted_campaign_goes_on_where_it_stopped(tmp_path):
     assert tuple(found.logs) == campaign(Model.default(), **asked).logs
 
 
+@pytest.mark.slow
 def test_the_same_question_costs_nothing_and_another_is_put_beside(tmp_path, monkeypatch):
     keep = tmp_path / "c.results"
     asked = {"duration": SHORT, "keep": keep}

@@ -97,6 +97,7 @@ def test_workers_listen_on_this_machine_alone_encrypted_and_do_not_import_from_t
     assert listening and set(listening) == {"127.0.0.1"}
 
 
+@pytest.mark.slow
 def test_answers_of_a_cluster_are_those_of_this_process(monkeypatch):
     asked = {"seeds": range(3), "duration": 3.0, "method": "inverse"}
     monkeypatch.setattr(cluster, "cores", lambda: 1)

@@ -37,6 +37,7 @@ def workspace(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_workspace_lives_from_new_to_history(workspace):
     run("diagnose", "log.csv", "--json", "diagnosis.json")
     diagnosis = json.loads((workspace / "diagnosis.json").read_text())
@@ -53,6 +54,7 @@ def test_a_workspace_lives_from_new_to_history(workspace):
         "add coulomb_drive", "remove coulomb_drive"]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_what_is_wrong_with_a_held_out_log_is_said_too(workspace):
     log = pl.read_csv("log.csv").with_columns(-pl.col("v_in"))
     log.write_csv("turned.csv")
@@ -202,6 +204,7 @@ def test_no_next_step_is_said_to_a_program(workspace):
     assert said == "wheelpend diagnose log.csv --holdout other.csv"
 
 
+@pytest.mark.slow
 def test_the_report_takes_what_explain_takes(workspace):
     options = ["--max-effects", "1", "--without", "cogging", "--save"]
     said = run("report", "log.csv", *options, "--json", "report.json", "--out", "page.html")

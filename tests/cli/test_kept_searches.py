@@ -47,6 +47,7 @@ def counted(monkeypatch, module, name):
     return made
 
 
+@pytest.mark.slow
 def test_report_and_save_take_up_what_explain_found(workspace, monkeypatch):
     searches = counted(monkeypatch, wheelpend.api, "explain")
     said = run("explain", "log.csv")

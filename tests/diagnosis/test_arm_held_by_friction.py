@@ -49,6 +49,7 @@ def held():
     return Log("arm", t, np.array(command), np.array(seen)[:, None], ("theta_m",), rates={})
 
 
+@pytest.mark.slow
 def test_a_fit_passes_segments_that_friction_holds_to_what_acts_on_the_others(held):
     assert np.mean(np.diff(held.measured[:, 0]) == 0.0) > 0.5
     problem = prepare(Model.parse(ALL), [held])

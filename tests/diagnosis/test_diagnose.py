@@ -106,6 +106,7 @@ def test_an_effect_that_contains_one_of_the_model_takes_its_place():
     assert result.steps[0].coefficients == pytest.approx({"static": 0.5, "sliding": 0.2, "speed": 0.5}, rel=0.02)
 
 
+@pytest.mark.slow
 def test_what_an_effect_of_the_model_contains_is_not_missing():
     model = Model.default().with_effects(["stribeck_drive"])
     result = diagnose(model, [simulated(seed=5, duration=12.0, sample=SPARSE_S, coulomb_drive__torque=0.3)])

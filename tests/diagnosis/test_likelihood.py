@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.special import erfc
 
+import derive
 from wheelpend import Log, Model
-from wheelpend.diagnosis.likelihood import filter_response, one_round, relief, repeatability, search
+from wheelpend.diagnosis.likelihood import filter_response, one_round, pairs, relief, repeatability, search
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.held_out import (
@@ -22,9 +23,8 @@ from wheelpend.diagnosis.likelihood.held_out import (
     one_sided_p_value,
 )
 from wheelpend.diagnosis.likelihood.judgement import Judged, JudgedModel, judge
-from wheelpend.diagnosis.likelihood import pairs
 from wheelpend.diagnosis.likelihood.pairs import RefittedPair, supported_pair
-from wheelpend.diagnosis.likelihood.refits import settled
+from wheelpend.diagnosis.likelihood.refits import settled, with_both
 from wheelpend.diagnosis.likelihood.remaining import searched_remainder
 from wheelpend.diagnosis.likelihood.repeatability import (
     FORCE_KIND,
@@ -162,6 +162,44 @@ def test_two_effects_that_are_there_are_supported_together_and_one_that_is_not_h
     assert pair_of(DRY, 0.0) is None and pair_of(0.0, SPRING) is None
 
 
+def refit_of(effect: str, deviance: float, *, error: float = 1.0, lost: tuple[str, ...] = ()):
+    """A refit with one effect, or two, of which some ended at a size that nothing has."""
+    effects = tuple(effect.split("+"))
+    problem = SimpleNamespace(model=SimpleNamespace(effects=effects), effect=derive.effects.find)
+    return SimpleNamespace(deviance=deviance, error=error, lost=lost, problem=problem)
+
+
+def test_behind_the_likeliest_refits_a_second_effect_is_looked_for_that_lowers_the_error_beside_it(monkeypatch):
+    base = SimpleNamespace(model=refit_of("", 100.0), validated=SimpleNamespace(error=5.0))
+    refits = {
+        "coulomb_drive": refit_of("coulomb_drive", 60.0, lost=("coulomb_drive",)),  # of a size that nothing has
+        "quadratic_drive": refit_of("quadratic_drive", 70.0),
+        "coasting_driver": refit_of("coasting_driver", 80.0),
+        "tether_spring": refit_of("tether_spring", 95.0),  # no likelier than chance would make it
+    }
+    behind = {
+        "quadratic_drive": {"tether_spring": 50.0, "voltage_sag": 75.0, "stribeck_drive": 40.0},
+        "coasting_driver": {"coulomb_drive": 20.0},
+    }
+
+    def leading(refit, progress):
+        (first,) = refit.problem.model.effects
+        found = {e: refit_of(f"{first}+{e}", d, error=9.0 if e == "tether_spring" else 2.0)
+                 for e, d in behind[first].items()}  # fmt: skip
+        if "stribeck_drive" in found:  # which takes the place of the first
+            found["stribeck_drive"].problem.model.effects = ("stribeck_drive",)
+        return found
+
+    monkeypatch.setattr(pairs, "leading_pairs", lambda model: [])
+    monkeypatch.setattr(pairs, "leading_refits", leading)
+    monkeypatch.setattr(pairs, "without_meaning", lambda model: model.lost)
+    monkeypatch.setattr(
+        pairs, "JudgedModel", SimpleNamespace(of=lambda m: SimpleNamespace(validated=SimpleNamespace(error=m.error)))
+    )
+    found = [pair.effects for pair in pairs.refitted_pairs(base, refits, lambda text: None)]
+    assert found == [("coasting_driver", "coulomb_drive")]
+
+
 @pytest.mark.slow
 def test_where_no_single_effect_is_worth_a_step_a_pair_is_added_as_two(monkeypatch):
     problem, start = best_start(prepare(Model.parse(MODEL), [axis_log(DRY, 1, SPRING)], without=OTHERS))
@@ -174,6 +212,7 @@ def test_where_no_single_effect_is_worth_a_step_a_pair_is_added_as_two(monkeypat
     assert not alone.named  # the first of a pair is worth no step where the second has no room
 
 
+@pytest.mark.slow
 def test_what_repeats_is_unexplained_where_the_library_does_not_hold_it():
     found = searched(DRY, 1, FRICTION)[-1]
     assert found.verdict == "unexplained"
@@ -338,6 +377,7 @@ def test_an_effect_without_which_something_repeats_is_named_though_it_lowers_not
     assert told["coulomb_drive"] and not all(told.values())  # what else was tried is not missing
 
 
+@pytest.mark.slow
 def test_an_effect_with_weight_is_named_last_though_it_lowers_nothing(monkeypatch):
     monkeypatch.setattr(one_round, "_without_rest", lambda one, progress: None)
     named, last = searched_where_nothing_lowers(monkeypatch, has_weight=True)
@@ -396,6 +436,7 @@ def test_a_function_of_speed_is_what_repeats(filtered):
     assert first.repeats and "dx" in first.depends_on
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("crosstalk", "places"), [(4e-5, {(READING_KIND, "x", ("v_in",))}), (0.0, set())])
 def test_what_the_direction_of_the_input_does_to_a_reading_repeats_in_that_reading(crosstalk, places):
     log = axis_log(0.0, 3)
@@ -407,6 +448,7 @@ def test_what_the_direction_of_the_input_does_to_a_reading_repeats_in_that_readi
     assert [f.share > 0.5 for f in found if f.repeats and f.is_in_reading] == [True] * len(places)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("weakening", "repeats"), [(0.03, {"t", "v_in"}), (0.0, set())])
 def test_a_product_of_two_variables_repeats_where_neither_says_anything_alone(weakening, repeats):
     played = axis_log(0.0, 3)

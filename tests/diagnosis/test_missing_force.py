@@ -110,6 +110,7 @@ def cubic(tmp_path_factory):
     return own, find_law(*fitted(log))
 
 
+@pytest.mark.slow
 def test_a_law_that_the_library_lacks_is_found_and_predicts_at_the_noise(cubic):
     _, law = cubic
     assert (law.laws, law.on) == ({"free_law": "size_1*dtheta_p^3"}, {"free_law": "body"})

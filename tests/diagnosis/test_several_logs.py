@@ -44,6 +44,7 @@ def sloped():
     return explain(Model.default(), [first, second], [third])
 
 
+@pytest.mark.slow
 def test_a_ladder_over_two_logs_says_what_each_of_them_has(sloped):
     assert (sloped.verdict, sloped.effects) == ("nothing_missing", ("slope",))
     assert sloped.error < 1.05 * sloped.noise_floor

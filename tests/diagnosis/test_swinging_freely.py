@@ -146,6 +146,7 @@ def test_dry_friction_is_found_beside_viscous_where_a_force_of_a_thousandth_of_t
     assert ladder.parameters["coulomb_drive.torque"].value == pytest.approx(0.004, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_zero_is_told_from_a_ripple_of_the_torque_before_friction_is_there_and_behind_it():
     ladder = explain(Model.parse(MODEL), [stopping_log(dry=0.01, zero=0.02)])
     assert {step.effect for step in ladder.steps} == {"encoder_zero", "coulomb_drive"}

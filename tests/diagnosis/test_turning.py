@@ -53,6 +53,7 @@ def identified(log):
     return identify(Model.parse(TEXT), [log])
 
 
+@pytest.mark.slow
 def test_the_parameters_of_turning_are_identified_beside_the_others(identified):
     for name in ("X3", "X4", "X5", "X8", "X10"):
         row = identified.parameters[name]
@@ -67,6 +68,7 @@ def test_scrubbing_tyres_are_what_a_robot_that_turns_is_missing():
     assert found.candidates[0].coefficients["torque"] == pytest.approx(0.5, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_log_with_two_voltages_is_looked_over_and_compared(log, identified):
     found = inspect_for_model(Model.parse(TEXT), log)
     assert set(found.channels) == {"v_left", "v_right", "theta_w", "theta_p", "dtheta_p", "dpsi"}

@@ -1,5 +1,7 @@
 """A fit stays cheap in simulated samples and in memory."""
 
+import pytest
+
 from tests.support import simulated
 from wheelpend import Model, identify, simulate
 from wheelpend.estimation.shooting import Simulator
@@ -12,6 +14,7 @@ def test_an_identification_from_known_values_simulates_the_log_less_than_twenty_
     assert sum(samples.values()) < 20 * len(log)
 
 
+@pytest.mark.slow
 def test_no_fit_keeps_the_residuals_of_a_whole_log(monkeypatch):
     shoot = Simulator.shoot
     kept, log = [], simulate(Model.default(), hide={"coulomb_drive": 0.3}, duration=6.0)

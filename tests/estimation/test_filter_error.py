@@ -189,6 +189,7 @@ def test_and_where_a_gap_begins_it_anew(slide_log):
     assert found == pytest.approx(dense, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_and_of_a_machine_with_two_inputs():
     t = 0.005 * np.arange(400)
     volts = 1e-4 * np.column_stack([np.sign(np.sin(5 * t)), np.cos(7 * t)])
@@ -214,6 +215,7 @@ def test_the_score_at_held_gains_is_the_derivative_where_no_force_makes_gains_de
     assert run.gram[:, 0, 0].sum() == pytest.approx(np.nansum(((moved - here) / step) ** 2), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("torque", [0.4, 0.0, -0.1])
 @pytest.mark.parametrize("parts", [1, 5])
 def test_a_filter_is_the_same_whichever_parameters_are_free(slide_log, torque, parts):

@@ -24,6 +24,7 @@ def logs(parameter, sizes):
     return [log(seed, **{parameter: size}) for seed, size in enumerate(sizes, 1)]
 
 
+@pytest.mark.slow
 def test_two_logs_are_identified_with_one_machine_and_two_biases():
     model = Model.default().with_effects(["imu_bias"])
     found = identify(model, logs("imu_bias__bias", (0.02, -0.01)))

@@ -76,3 +76,9 @@ def test_a_sensor_may_be_wrong_slowly_and_fast_and_gets_a_second_error_only_then
         assert 0.004 < own[0] < 0.025 < 0.08 < own[1] and found.deviance < point.deviance - 30.0
     else:
         assert found is point and len(own) == 1
+
+
+def test_a_sensor_may_have_the_error_of_a_filter_beside_others_and_alone_it_has_not():
+    beside, alone = possible_errors(("x", "dx"), 1), possible_errors(("x",), 1)
+    assert [(e.place, e.lags) for e in beside] == [("x", False), ("dx", False), ("x", True), ("dx", True)]
+    assert [(e.place, e.lags) for e in alone] == [("x", False)]  # what lags there is what drives the machine

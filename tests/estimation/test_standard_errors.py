@@ -123,6 +123,7 @@ def short_motor(seed: int, rows: int = 26, interval: float = 0.02) -> Log:
     return Log.from_arrays(interval * np.arange(rows), table=SHAFT.table, v_in=volts, theta_m=angles)
 
 
+@pytest.mark.slow
 def test_the_errors_of_a_single_segment_are_not_those_of_white_noise():
     deviations = []
     for seed in range(24):

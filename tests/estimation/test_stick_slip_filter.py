@@ -143,6 +143,7 @@ def test_the_likeliest_friction_is_a_particle_filter_s_within_a_standard_error(n
     assert 0.5 * error < (-2 * fits[0][0]) ** -0.5 < 2 * error
 
 
+@pytest.mark.slow
 def test_the_score_of_friction_leads_to_its_likeliest_value():
     module, log = machine("some_sticking", 2000)
     friction, start = "coulomb_drive.torque", 0.2

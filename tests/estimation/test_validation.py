@@ -292,6 +292,7 @@ def test_a_prediction_that_runs_away_is_no_number_and_no_warning(problem, known)
     assert sum_of_squares(np.full((2, 2), np.nan)) == np.inf
 
 
+@pytest.mark.slow
 def test_as_many_states_are_discounted_from_held_out_segments_as_a_prediction_discounts():
     for machine in ("slide", "turning"):
         model = model_of(machine)

@@ -116,6 +116,7 @@ def test_the_sensors_of_a_scene_read_what_the_channels_do(assumptions, element):
     assert element in scene and scene.partition("<sensor>")[2].count(" name=") == exported.module.NY
 
 
+@pytest.mark.slow
 @pytest.mark.extras
 @pytest.mark.parametrize(
     "assumptions",

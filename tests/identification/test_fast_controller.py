@@ -37,12 +37,14 @@ def identified(voltage: np.ndarray) -> Identification:
     return identify(Model.default().with_effects(["coulomb_drive"]), every_tenth_row(voltage))
 
 
+@pytest.mark.slow
 def test_the_mean_of_the_input_between_rows_tells_the_friction():
     averaged = identified(as_blocks(as_controlled().voltage).mean(axis=1))
     assert averaged.parameters["coulomb_drive.torque"].value == pytest.approx(FRICTION_V, abs=0.02)
     assert averaged.remainder.strongest is None or averaged.remainder.strongest.share_of_drive < 0.05
 
 
+@pytest.mark.slow
 def test_one_value_of_ten_leaves_a_force_as_large_as_the_drive_and_a_warning_that_says_why():
     one_of_ten = identified(as_blocks(as_controlled().voltage)[:, 0])
     assert one_of_ten.remainder.strongest.share_of_drive > 0.5

@@ -58,6 +58,7 @@ def test_the_filtered_method_is_exact_on_ideal_data():
 LAGGING = {"winding_inductance.time_constant": 0.02}
 
 
+@pytest.mark.slow
 def test_shooting_is_exact_on_ideal_data_however_the_input_lags():
     model = Model.default()
     for lagging, log in ((model, simulated(noise=False, duration=4.0)),
@@ -128,6 +129,7 @@ def test_a_fit_that_has_not_arrived_is_begun_again():
     assert identify(Model.default(), [log]).error < 1.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["filter_error", "shooting"])
 def test_a_delay_shows_in_logs_that_begin_with_their_step(method):
     nominal = "[parameters]\nX1 = { nominal = 0.02 }\nX2 = { nominal = 0.2 }\n"

@@ -27,6 +27,7 @@ def test_a_fixed_parameter_keeps_its_value_and_has_no_error(method):
     assert result.parameters["X4"].value != free.parameters["X4"].value
 
 
+@pytest.mark.slow
 def test_the_filter_error_method_keeps_fixed_values_too():
     result = found("filter_error", fixed={"X5": X["X5"], "X6": X["X6"], "X7": X["X7"]})
     assert [n for n in result.parameters if result.parameters[n].sigma == 0.0] == ["X5", "X6", "X7"]

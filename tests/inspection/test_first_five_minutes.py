@@ -81,6 +81,7 @@ def test_counts_pwm_and_battery_of_a_two_wheeled_robot(tmp_path):
     assert compared(tmp_path / "robot", path)["fit_percent"]["theta_p"] > 80
 
 
+@pytest.mark.slow
 def test_a_control_engineers_semicolons_and_decimal_commas(tmp_path):
     log = log_of("slide", duration=10.0)
     rows = [f"{t:.4f};{u:.5f};{1e3 * x:.6f}" for t, u, x in zip(log.t, log.voltage, log.measured[:, 0], strict=True)]

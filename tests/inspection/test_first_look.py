@@ -105,6 +105,7 @@ def test_the_balancing_robot_has_its_encoder_against_the_body_and_a_fused_pitch(
     assert "no raw sensor" in look.survey.column("dtheta_p").remark
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("machine", "plant", "chosen"), [
     ("slide", "slide", {}), ("cart_pole", "cart_pole", {}), ("driven pendulum", "pendulum", {"driven": True}),
     ("two links", "pendulum", {"links": 2}), ("pendulum", "pendulum", {}),

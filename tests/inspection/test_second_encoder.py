@@ -76,6 +76,7 @@ def test_a_new_model_takes_the_angles_as_they_are_and_one_that_exists_is_set(tmp
     assert not [f for f in inspect_file(cured, tmp_path / "log.csv")[1].findings if "second" in f.kind]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "told"), [("two links", ["relative_second_encoder"]), ("two driven links", [])])
 def test_a_machine_that_is_as_its_model_says_is_not_accused_and_with_a_motor_nothing_is_told(name, told):
     text, log = model_text(name), machine_log(name)

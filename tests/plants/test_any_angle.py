@@ -50,6 +50,7 @@ def swing_up(plant, seed=0):
     return Log("swing.csv", t, volts, measured, tuple(module.OUTPUTS), rates=model.table.rates, range_channel="")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", list(MACHINES))
 def test_a_swing_up_is_used_whole_where_any_angle_is_allowed(plant, tmp_path):
     save_log(tmp_path / "swing.csv", swing_up(plant), table=model_with(plant).table)
@@ -64,6 +65,7 @@ def test_a_swing_up_is_used_whole_where_any_angle_is_allowed(plant, tmp_path):
         assert estimate.sigma < 0.05 * value, name
 
 
+@pytest.mark.slow
 def test_predictions_beyond_upright_do_not_diverge_at_any_angle(tmp_path):
     save_log(tmp_path / "swing.csv", swing_up("cart_pole"), table=model_with("cart_pole").table)
     result = compare(model_with("cart_pole", scale=1.0), [tmp_path / "swing.csv"])

@@ -101,11 +101,13 @@ def test_every_method_identifies_or_says_why_not(machine, workspaces):
     assert {"shooting", "filtered"} <= set(worked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machine", each())
 def test_every_plant_is_compared(machine, workspaces):
     called(machine, workspaces(machine), "compare", workspaces(machine) / "log.csv")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machine", each((*QUICK, *(m for m in MACHINES if m not in QUICK))))
 def test_an_effect_is_added_and_removed_on_every_plant(machine, workspaces, tmp_path):
     folder = tmp_path

@@ -56,6 +56,7 @@ def robot_with_a_tachometer(at):
     return model, simulate(model, duration=10.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", ["upright", "any"])
 @pytest.mark.parametrize(("order", "signs", "found"), [
     ([0, 1, 2, 3], [1, 1, 1, 1], []),

@@ -36,6 +36,7 @@ def test_speeds_and_inputs_are_known_by_the_signature_whatever_they_are_called()
     assert not SplineBasis.of(motion, has_direction=False).has_jump
 
 
+@pytest.mark.slow
 def test_an_angle_is_held_against_its_rate_whatever_their_names():
     log = log_of(LEVER)
     assert 0.0 < angle_rate_inconsistency(log, "phi") < 0.01

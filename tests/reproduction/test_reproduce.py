@@ -43,6 +43,7 @@ def rows(table3, case, hold="foh"):
     return {r.parameter: r for r in table3.table3 if (r.case, r.hold) == (case, hold)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["B", "D"])
 def test_a_wrong_initial_pitch_costs_what_the_paper_prints_within_a_third(table3, case):
     assert all(abs(rows(table3, case)[n].ratio - 1.0) < 1.0 / 3.0 for n in BULK)
