@@ -81,8 +81,8 @@ def refitted_pairs(
 ) -> Iterator[RefittedPair]:
     """The model with the pairs that its scores promise, then with those behind its likeliest refits with one effect.
 
-    Of the latter the likeliest come first, and they lower the error over the horizon: behind a refit that went astray
-    two effects may take over what chance did, and no more.
+    The latter are few, and lower the error over the horizon: behind a refit that went astray two effects may take over
+    what chance did, and no more.
     """
     for scored in leading_pairs(base.model):
         first, second = scored.sizes
@@ -110,8 +110,9 @@ def _with_a_second(first: str, refit: FilteredModel, progress: Progress) -> Iter
 
 
 def supported_pair(base: JudgedModel, pairs: Iterable[RefittedPair], tests: int) -> FoundPair | None:
-    """The first pair that is supported, as one of so many tests; None where none is."""
-    return next(filter(None, (_judged_pair(base, pair, tests) for pair in pairs)), None)
+    """The likeliest pair that is supported, as one of so many tests; None where none is."""
+    likeliest_first = sorted(pairs, key=lambda pair: pair.model.deviance)
+    return next(filter(None, (_judged_pair(base, pair, tests) for pair in likeliest_first)), None)
 
 
 def _judged_pair(base: JudgedModel, pair: RefittedPair, tests: int) -> FoundPair | None:
