@@ -232,14 +232,6 @@ class Effect:
         return isinstance(self.enters, HysteresisForce | InternalForce | InternalPlay | SensorFilter)
 
     @property
-    def follows_input(self) -> bool:
-        """True of a resistance that grows with the input."""
-        match self.enters:
-            case Force(switched=True) | DryForce(loaded=True):
-                return True
-        return False
-
-    @property
     def input_memory(self) -> float:
         """Time [s] for which a command is remembered, at the largest value that a fit starts from; 0 without memory."""
         if not isinstance(self.enters, InputDelay | InputLag):

@@ -267,3 +267,24 @@ def test_an_arm_that_is_called_after_its_control_is_a_place(tmp_path):
     t = 0.01 * np.arange(300)
     columns = {"t": t, "voltage": np.sin(2.0 * t), "control_arm_angle": way_of(np.sin(2.0 * t))}
     assert roles(write_csv(tmp_path / "arm.csv", columns))["control_arm_angle"] == "position"
+
+
+def test_a_constant_duty_drives_wheels_that_go_one_way_in_motion_from_the_first_row_and_no_swing(
+    tmp_path,
+):
+    t = 0.01 * np.arange(200)
+    speed = 1.0 - 0.6 * np.exp(-t / 0.2)
+    wheels = {"t": t, "left_mps": speed, "right_mps": 1.02 * speed, "pwm": np.full(t.size, 300.0)}
+    found = columns_of(write_csv(tmp_path / "wheels.csv", wheels))
+    assert (found["v_in"]["column"], found["x"]["column"], found["x"]["unit"]) == ("pwm", "left_mps", "m/s")
+    swinging = {"t": t, "angle": 0.5 * np.sin(6.0 * t), "pwm": np.full(t.size, 300.0)}
+    assert roles(write_csv(tmp_path / "swing.csv", swinging))["pwm"] == "constant"
+
+
+def test_another_wheel_is_not_advised_as_the_input_that_is_missing(tmp_path):
+    t = 0.01 * np.arange(200)
+    wheels = {"t": t, "left_angle": 5.0 * t**2, "right_angle": 5.1 * t**2}
+    found = tomllib.loads(first_look(write_csv(tmp_path / "two.csv", wheels), plant="shaft").model)["columns"]
+    assert found["theta_m"]["column"] == "left_angle" and found["v_in"]["column"] == "?"
+    text = first_look(tmp_path / "two.csv", plant="shaft").model
+    assert "no column is left over" in text and "right_angle" not in text

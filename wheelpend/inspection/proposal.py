@@ -206,7 +206,8 @@ def unit_of_inputs(best: Candidate) -> str:
 
 def missing_columns(survey: Survey, best: Candidate) -> dict[str, str]:
     """What to put for each quantity that a plant needs and no column of the file was found for."""
-    left = left_over(survey, [*best.columns.values()])
+    known = [c.name for c in survey.columns if c.remark]  # the other wheel's speed, say
+    left = left_over(survey, [*best.columns.values(), *known])
     choice = (
         f"put {'one of ' if left[1:] else ''}{', '.join(left)} in its place"
         if left

@@ -61,7 +61,7 @@ SAID_UNIT = re.compile(r"\bin (\S+( c?m)?)\s*$", re.IGNORECASE)  # Angle in deg,
 BRACKETED_TEXT = re.compile(r"\[.*\]|\(.*\)")
 ENDING_IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]\s*$")
 NAME_SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s", "deg_per_sec"), "rad/s": ("rad_s", "rad_per_s", "rad_per_sec"),
-                  "rev/s": ("rps", "rev_per_s"), "m/s": ("m_s", "m_per_s"), "cm/s": ("cm_s", "cm_per_s"),
+                  "rev/s": ("rps", "rev_per_s"), "m/s": ("m_s", "m_per_s", "mps"), "cm/s": ("cm_s", "cm_per_s"),
                   "mm/s": ("mm_s", "mm_per_s"), "rev": ("turns", "rev"), "deg": ("degrees", "deg"), "ms": ("millis",),
                   "us": ("micros",)}  # fmt: skip
 QUANTITY_WORDS = {  # beginnings of words that a unit of one letter must not contradict: theta_m is no length
