@@ -109,7 +109,7 @@ EFFECT_ROWS = (
         "The driver lets the motor coast in the pauses of its PWM.",
         "f = r |U| s in the drive",
         (EffectParameter("rate", "s/rad", letter="r", minimum=0.0, typical=0.02),),
-        Force("drive", lambda a, s, rate: rate * Magnitude(functions.INPUT_SYMBOL) * s, switched=True),
+        Force("drive", lambda a, s, rate: rate * Magnitude(functions.INPUT_SYMBOL) * s, follows_input=True),
         dissipates=True,
         means="Back-EMF brakes the motor only while the driver is on: in its slow-decay (brake) mode the speed would "
         "follow the duty on a straight line.",

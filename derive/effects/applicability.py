@@ -36,13 +36,13 @@ EXPONENT_OF_SUPERSCRIPT = {"": 1, "²": 2, "³": 3}
 def is_applicable(effect: Effect, plant: PlantSignature) -> bool:
     """True where a plant has the port, geometry, coordinate, input or channel that an effect acts on."""
     match effect.enters:
-        case DryForce(port=port, loaded=True) | Force(port=port, switched=True) if port not in plant.driven_ports:
+        case DryForce(port=port, loaded=True) | Force(port=port, follows_input=True) if port not in plant.driven_ports:
             return False
         case Force(port=port) | DryForce(port=port) | HysteresisForce(port=port) if (
             effect.needs_motor and port not in plant.driven_ports
         ):
             return False
-        case Force(switched=True) if plant.input_unit != "V" or plant.further:
+        case Force(follows_input=True) if plant.input_unit != "V" or plant.further:
             return False  # what is commanded a current is no PWM's; several have an input each
         case Force(port=port) | DryForce(port=port) | HysteresisForce(port=port):
             return any(p.name == port for p in plant.ports)

@@ -65,12 +65,12 @@ class EffectParameter(NamedTuple):
 class Force(NamedTuple):
     """A resistance on a port: law(port angle, port speed, parameters).
 
-    A ``switched`` law depends on INPUT_SYMBOL, the voltage that reaches the motor.
+    A ``follows_input`` law depends on INPUT_SYMBOL, the voltage that reaches the motor.
     """
 
     port: str
     law: Callable[..., sp.Expr]
-    switched: bool = False
+    follows_input: bool = False
 
 
 class DryForce(NamedTuple):

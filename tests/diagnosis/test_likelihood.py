@@ -165,30 +165,39 @@ def test_two_effects_that_are_there_are_supported_together_and_one_that_is_not_h
 def refit_of(effect: str, deviance: float, *, error: float = 1.0, lost: tuple[str, ...] = ()):
     """A refit with one effect, or two, of which some ended at a size that nothing has."""
     effects = tuple(effect.split("+"))
-    problem = SimpleNamespace(model=SimpleNamespace(effects=effects), effect=derive.effects.find)
+    problem = SimpleNamespace(
+        model=SimpleNamespace(effects=effects),
+        effect=derive.effects.find,
+        replaced=lambda name: ("coulomb_drive",) if name == "stribeck_drive" else (),  # which is in the model
+    )
     return SimpleNamespace(deviance=deviance, error=error, lost=lost, problem=problem)
 
 
 def test_behind_the_likeliest_refits_a_second_effect_is_looked_for_that_lowers_the_error_beside_it(monkeypatch):
     base = SimpleNamespace(model=refit_of("", 100.0), validated=SimpleNamespace(error=5.0))
     refits = {
-        "coulomb_drive": refit_of("coulomb_drive", 60.0, lost=("coulomb_drive",)),  # of a size that nothing has
+        "stribeck_drive": refit_of("stribeck_drive", 50.0),  # which would take the place of dry friction
+        "load_friction": refit_of("load_friction", 60.0, lost=("load_friction",)),  # of a size that nothing has
         "quadratic_drive": refit_of("quadratic_drive", 70.0),
         "coasting_driver": refit_of("coasting_driver", 80.0),
         "tether_spring": refit_of("tether_spring", 95.0),  # no likelier than chance would make it
     }
     behind = {
-        "quadratic_drive": {"tether_spring": 50.0, "voltage_sag": 75.0, "stribeck_drive": 40.0},
-        "coasting_driver": {"coulomb_drive": 20.0},
+        "quadratic_drive": {
+            "tether_spring": 50.0,
+            "voltage_sag": 75.0,
+            "stribeck_drive": 40.0,
+            "coasting_driver": 30.0,
+        },
+        "coasting_driver": {"voltage_offset": 20.0, "quadratic_drive": 29.0},
     }
 
     def leading(refit, progress):
         (first,) = refit.problem.model.effects
-        found = {e: refit_of(f"{first}+{e}", d, error=9.0 if e == "tether_spring" else 2.0)
-                 for e, d in behind[first].items()}  # fmt: skip
-        if "stribeck_drive" in found:  # which takes the place of the first
-            found["stribeck_drive"].problem.model.effects = ("stribeck_drive",)
-        return found
+        return {
+            e: refit_of(f"{first}+{e}", deviance, error=9.0 if e == "tether_spring" else 2.0)
+            for e, deviance in behind[first].items()
+        }
 
     monkeypatch.setattr(pairs, "leading_pairs", lambda model: [])
     monkeypatch.setattr(pairs, "leading_refits", leading)
@@ -197,7 +206,7 @@ def test_behind_the_likeliest_refits_a_second_effect_is_looked_for_that_lowers_t
         pairs, "JudgedModel", SimpleNamespace(of=lambda m: SimpleNamespace(validated=SimpleNamespace(error=m.error)))
     )
     found = [pair.effects for pair in pairs.refitted_pairs(base, refits, lambda text: None)]
-    assert found == [("coasting_driver", "coulomb_drive")]
+    assert found == [("coasting_driver", "voltage_offset"), ("coasting_driver", "quadratic_drive")]
 
 
 @pytest.mark.slow

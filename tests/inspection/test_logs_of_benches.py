@@ -269,16 +269,12 @@ def test_an_arm_that_is_called_after_its_control_is_a_place(tmp_path):
     assert roles(write_csv(tmp_path / "arm.csv", columns))["control_arm_angle"] == "position"
 
 
-def test_a_constant_duty_drives_wheels_that_go_one_way_in_motion_from_the_first_row_and_no_swing(
-    tmp_path,
-):
+def test_a_name_that_ends_in_mps_is_a_speed_in_metres_a_second(tmp_path):
     t = 0.01 * np.arange(200)
-    speed = 1.0 - 0.6 * np.exp(-t / 0.2)
+    speed = 1.0 - np.exp(-t / 0.2)
     wheels = {"t": t, "left_mps": speed, "right_mps": 1.02 * speed, "pwm": np.full(t.size, 300.0)}
     found = columns_of(write_csv(tmp_path / "wheels.csv", wheels))
     assert (found["v_in"]["column"], found["x"]["column"], found["x"]["unit"]) == ("pwm", "left_mps", "m/s")
-    swinging = {"t": t, "angle": 0.5 * np.sin(6.0 * t), "pwm": np.full(t.size, 300.0)}
-    assert roles(write_csv(tmp_path / "swing.csv", swinging))["pwm"] == "constant"
 
 
 def test_another_wheel_is_not_advised_as_the_input_that_is_missing(tmp_path):

@@ -39,7 +39,7 @@ from wheelpend.inspection.kinematics import ANGLE_SCALES, RatePair, rate_misfit,
 from wheelpend.inspection.raw_units import full_scale, is_followed, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals
 from wheelpend.inspection.unnamed_columns import is_battery, nameless_command, unnamed_command
-from wheelpend.logs.checks import goes_one_way, starts_at_rest
+from wheelpend.logs.checks import starts_at_rest
 from wheelpend.logs.csv_text import NAMELESS_PREFIX
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
 from wheelpend.logs.units import words_of
@@ -93,26 +93,23 @@ def held_inputs(
     values: dict[str, np.ndarray], moving: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
 ) -> dict[str, tuple[str, str]]:
     """Commands that are constant and not zero, where no other acts and the machine begins at rest: steps.
-
-    What is called a command is one also where the machine goes one way from the first row, as a motor does.
     Beside a constant voltage a current that has its sign throughout, and is less the faster the machine goes, is what
     the motor draws, and no command.
     """
     places = [n for n, (role, _) in roles.items() if role == "position"]
     inputs = [n for n, (role, _) in roles.items() if role == "input"]
-    begins = bool(places) and all(starts_at_rest(moving[n]) for n in places)
-    if not begins and not (places and all(goes_one_way(moving[n]) for n in places)):
+    if not places or not all(starts_at_rest(moving[n]) for n in places):
         return {}
     held = [n for n, v in values.items() if np.isfinite(v).all() and v[0] and np.ptp(v) == 0.0]
-    if inputs and begins:
+    if inputs:
         volts = [n for n in inputs_among(held) if suggested_input_base(n) == "V" and n not in roles]
         drawn = all(suggested_input_base(n) == "A" and not has_word(n, COMMAND_WORDS) for n in inputs)
         alike = len(volts) == 1 and all((values[n] * values[volts[0]][0] >= 0.0).all() for n in inputs)
         less = drawn and all(_falls_with(np.abs(values[n]), np.abs(np.gradient(moving[places[0]]))) for n in inputs)
         return dict.fromkeys(volts, ("input", "")) if alike and less else {}
-    if begins and all(n.startswith(NAMELESS_PREFIX) for n in values):  # a file without a header
+    if all(n.startswith(NAMELESS_PREFIX) for n in values):  # a file without a header
         return dict.fromkeys(held[:1], ("input", ""))
-    return {} if inputs else dict.fromkeys(inputs_among(held), ("input", ""))
+    return dict.fromkeys(inputs_among(held), ("input", ""))
 
 
 def _falls_with(values: np.ndarray, other: np.ndarray) -> bool:

@@ -29,7 +29,6 @@ INTERVAL_CURE = (
 WHOLE_TURN, MIN_ONE_WAY_SHARE = 2.0 * math.pi, 0.95  # of the way gone, that an angle ends away which never comes back
 MIN_SWING_UP_PERCENT = 10.0  # of a log's samples beyond the range, from which on that may be meant
 MAX_FIRST_STEP_SHARE = 0.25  # of the largest step, of a machine that begins at rest
-MAX_BACK_SHARE = 0.02  # of the way that a machine goes, of one that goes one way
 MIN_RECORDING_ROWS = 10  # of a recording in a file with others
 MAX_FIRST_STEPS = 20.0  # usual steps, that its first is long at most: a single wrong stamp is followed by a longer one
 MAX_ANEW_SHARE = 0.1  # of a recording's time, after its first stamp, at which the next one's begins at most
@@ -158,13 +157,6 @@ def starts_at_rest(place: np.ndarray) -> bool:
     """True of a place (N,) whose first step is small against its largest."""
     steps = np.abs(np.diff(place[np.isfinite(place)]))
     return steps.size > 1 and bool(steps[0] < MAX_FIRST_STEP_SHARE * steps.max())
-
-
-def goes_one_way(place: np.ndarray) -> bool:
-    """True of a place (N,) that hardly ever goes back: by 2 % of the way that it makes in all, at most."""
-    steps = np.diff(place[np.isfinite(place)])
-    back = min(float(np.maximum(steps, 0.0).sum()), float(np.maximum(-steps, 0.0).sum()))
-    return steps.size > 1 and back < MAX_BACK_SHARE * float(np.abs(steps).sum())
 
 
 def check_motion(log: Log, table: ColumnTable) -> None:

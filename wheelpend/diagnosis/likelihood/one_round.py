@@ -22,7 +22,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     with_weight,
 )
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
-from wheelpend.diagnosis.likelihood.pairs import FoundPair, refitted_pairs, supported_pair
+from wheelpend.diagnosis.likelihood.pairs import MAX_FIRSTS, FoundPair, refitted_pairs, supported_pair
 from wheelpend.diagnosis.likelihood.refits import (
     fitted_to_all,
     gone_on_with,
@@ -264,8 +264,8 @@ def _single_tests(model: FilteredModel) -> int:
 
 
 def _pair_tests(model: FilteredModel) -> int:
-    """Number of tests of a search that comes to pairs: the single ones, and every pair that was scored."""
-    return _single_tests(model) + comb(len(linear_effects(model)), 2)
+    """Number of tests of a search that comes to pairs: the single ones, also behind refits, and every scored pair."""
+    return (1 + MAX_FIRSTS) * _single_tests(model) + comb(len(linear_effects(model)), 2)
 
 
 def _diagnosis(

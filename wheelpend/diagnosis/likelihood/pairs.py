@@ -89,23 +89,32 @@ def refitted_pairs(
         progress(f"refitting with {first} and {second} together")
         if both := with_both(base.model, scored.sizes):
             yield RefittedPair((first, second), both)
-    behind = [pair for e in _telling_firsts(base.model, refits) for pair in _with_a_second(e, refits[e], progress)]
-    for begun in sorted(behind, key=lambda pair: pair.model.deviance)[:MAX_PAIRS]:
+    behind: dict[frozenset[str], RefittedPair] = {}  # either effect may have been the first
+    for effect in _telling_firsts(base.model, refits):
+        for pair in _with_a_second(effect, refits[effect], progress):
+            known = behind.setdefault(frozenset(pair.effects), pair)
+            if pair.model.deviance < known.model.deviance:
+                behind[frozenset(pair.effects)] = pair
+    for begun in sorted(behind.values(), key=lambda pair: pair.model.deviance)[:MAX_PAIRS]:
         if JudgedModel.of(begun.model).validated.error < base.validated.error:
             yield begun
 
 
 def _telling_firsts(model: FilteredModel, refits: Mapping[str, FilteredModel]) -> list[str]:
     """The effects with which data are likeliest, and clearly likelier than without, at a size that they may have."""
-    worth = {e: MIN_GAIN_PER_COEFFICIENT * len(linear_names(model.problem.effect(e))) for e in refits}
-    telling = [e for e, m in refits.items() if model.deviance - m.deviance > worth[e] and not without_meaning(m)]
+    worth = {e: MIN_GAIN_PER_COEFFICIENT * len(model.problem.effect(e).parameters) for e in refits}
+    telling = [
+        e
+        for e, m in refits.items()
+        if model.deviance - m.deviance > worth[e] and not model.problem.replaced(e) and not without_meaning(m)
+    ]
     return sorted(telling, key=lambda e: refits[e].deviance)[:MAX_FIRSTS]
 
 
 def _with_a_second(first: str, refit: FilteredModel, progress: Progress) -> Iterator[RefittedPair]:
-    """A refit with one effect, refitted with each of those that lead behind it and may stand beside it."""
+    """A refit with one effect, refitted with each of those that lead behind it and take the place of none."""
     for second, both in leading_refits(refit, lambda text: progress(f"{text}, beside {first}")).items():
-        if both.deviance < refit.deviance and first in both.problem.model.effects:
+        if both.deviance < refit.deviance and not refit.problem.replaced(second):
             yield RefittedPair((first, second), both)
 
 

@@ -82,8 +82,9 @@ def _resistance_plot(
         angle: (f"{'angle' if unit == 'rad' else 'place'} at the {port}", unit, states[window, :size] @ weights),
         LOAD_SYMBOL: ("load", force, command),
         INPUT_SYMBOL: (problem.plant.input_word, problem.plant.input_unit, command),
-        symbol(problem.plant.input): (problem.plant.input_word, problem.plant.input_unit, command),
     }
+    if not problem.plant.further:
+        covered[symbol(problem.plant.input)] = covered[INPUT_SYMBOL]
     return _law_plot(effect, law, covered, f"resistance at the {port} [{force}]", values)
 
 
