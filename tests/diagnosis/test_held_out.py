@@ -21,7 +21,7 @@ def predicted(holdout):
     """
     problem, start = best_start(prepare(Model.parse(MODEL), [axis_log(0.0, 3)], holdout))
     model = filtered_model(problem, [start], lambda text: None)
-    (force,), (error, _) = possible_sources(problem)
+    (force,), (error,) = possible_sources(problem)
     sources = (
         force.with_noise(TOO_LARGE * RANDOM_RMS, RANDOM_TIME_S),
         error.with_noise(TOO_LARGE * NOISE_M, 0.1),

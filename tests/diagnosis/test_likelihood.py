@@ -239,7 +239,7 @@ def with_refits_that_lead_to(monkeypatch, relieved: float, added: float):
             best["voltage_offset"] = relieved - 2.0
         return {e: SimpleNamespace(deviance=d, name=e) for e, d in best.items()}
 
-    monkeypatch.setattr(relief, "_refits", refits)
+    monkeypatch.setattr(relief, "leading_refits", refits)
     monkeypatch.setattr(relief, "_relieved", lambda model, refits, progress: SimpleNamespace(deviance=relieved))
     monkeypatch.setattr(relief, "_added_effect", lambda model: SimpleNamespace(name=model.name, releases=""))
     model, found = relief.with_refits(SimpleNamespace(deviance=1000.0), lambda text: None)
