@@ -83,9 +83,12 @@ def analysed(name: str, t: np.ndarray, values: Mapping[str, np.ndarray]) -> Log:
 
 
 def without_rest(values: np.ndarray) -> np.ndarray:
-    """A signal (N,) without the spikes that stand close together: what is far from its running median, if little is."""
+    """A signal (N,) without the spikes that stand close together: what is far from its running median, if little is.
+
+    Its ends go on: mirrored, the first row of what sets out would be far from the median.
+    """
     known = np.flatnonzero(np.isfinite(values))
-    off = np.abs(values[known] - median_filter(values[known], 2 * MAX_SPIKE_SAMPLES + 1))
+    off = np.abs(values[known] - median_filter(values[known], 2 * MAX_SPIKE_SAMPLES + 1, mode="nearest"))
     far = off > MIN_MEDIAN_RATIO * np.mean(off)
     if np.mean(far) > MAX_SPIKE_SHARE:
         return values
