@@ -289,7 +289,7 @@ def test_another_wheel_is_not_advised_as_the_input_that_is_missing(tmp_path):
 def test_the_first_row_of_a_step_whose_speed_is_summed_is_no_spike_and_its_constant_duty_drives(tmp_path):
     t = 0.05 * np.arange(100)
     begun = np.array([0.0, 0.17, 0.44, 0.55, 0.62, 0.68, 0.75, 0.79])
-    speed = np.append(begun, np.round(1.02 - 0.2 * np.exp(-(t[8:] - 0.4) / 0.3), 2))
+    speed = np.append(begun, np.round(0.9 - 0.08 * np.exp(-(t[8:] - 0.4) / 0.3), 2))
     other = np.round(1.01 * speed + 0.01 * np.sin(t), 2)
     log = {"t": t, "left_speed": speed, "right_speed": other, "pwm": np.full(t.size, 300.0)}
     found = columns_of(write_csv(tmp_path / "step.csv", log))
