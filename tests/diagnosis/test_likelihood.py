@@ -170,7 +170,8 @@ def refit_of(effect: str, deviance: float, *, error: float = 1.0, lost: tuple[st
         effect=derive.effects.find,
         replaced=lambda name: ("coulomb_drive",) if name == "stribeck_drive" else (),  # which is in the model
     )
-    return SimpleNamespace(deviance=deviance, error=error, lost=lost, problem=problem)
+    fitted = SimpleNamespace(error=error)
+    return SimpleNamespace(deviance=deviance, lost=lost, problem=problem, fitted=lambda: fitted)
 
 
 def test_behind_the_likeliest_refits_a_second_effect_is_looked_for_that_lowers_the_error_beside_it(monkeypatch):
@@ -202,9 +203,7 @@ def test_behind_the_likeliest_refits_a_second_effect_is_looked_for_that_lowers_t
     monkeypatch.setattr(pairs, "leading_pairs", lambda model: [])
     monkeypatch.setattr(pairs, "leading_refits", leading)
     monkeypatch.setattr(pairs, "without_meaning", lambda model: model.lost)
-    monkeypatch.setattr(
-        pairs, "JudgedModel", SimpleNamespace(of=lambda m: SimpleNamespace(validated=SimpleNamespace(error=m.error)))
-    )
+    monkeypatch.setattr(pairs, "ValidatedFit", SimpleNamespace(of=lambda problem, fitted: fitted))
     found = [pair.effects for pair in pairs.refitted_pairs(base, refits, lambda text: None)]
     assert found == [("coasting_driver", "voltage_offset"), ("coasting_driver", "quadratic_drive")]
 

@@ -93,6 +93,7 @@ def held_inputs(
     values: dict[str, np.ndarray], moving: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
 ) -> dict[str, tuple[str, str]]:
     """Commands that are constant and not zero, where no other acts and the machine begins at rest: steps.
+
     Beside a constant voltage a current that has its sign throughout, and is less the faster the machine goes, is what
     the motor draws, and no command.
     """

@@ -6,7 +6,7 @@ Symplectic Euler steps; friction is applied last, and takes the speed to zero wh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -32,8 +32,7 @@ class Bench:
 def motion(bench: Bench, interval_s: float, drive: np.ndarray, begin_rad: float = 0.0) -> np.ndarray:
     """Angles (N,) [rad] of a machine let go at rest, at the begin of each interval of a drive (N,) held within it."""
     steps = round(interval_s / STEP_S)
-    laws = (*vars(bench).values(),)
-    return _angles(interval_s / steps, steps, drive, begin_rad, *laws)
+    return _angles(interval_s / steps, steps, drive, begin_rad, *astuple(bench))
 
 
 @njit

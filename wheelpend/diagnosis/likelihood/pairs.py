@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from itertools import combinations, permutations
+from itertools import combinations, islice, permutations
 from typing import NamedTuple
 
+from wheelpend.diagnosis.evidence import ValidatedFit
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.judgement import Judged, JudgedModel, judge
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
@@ -89,15 +90,13 @@ def refitted_pairs(
         progress(f"refitting with {first} and {second} together")
         if both := with_both(base.model, scored.sizes):
             yield RefittedPair((first, second), both)
-    behind: dict[frozenset[str], RefittedPair] = {}  # either effect may have been the first
-    for effect in _telling_firsts(base.model, refits):
-        for pair in _with_a_second(effect, refits[effect], progress):
-            known = behind.setdefault(frozenset(pair.effects), pair)
-            if pair.model.deviance < known.model.deviance:
-                behind[frozenset(pair.effects)] = pair
-    for begun in sorted(behind.values(), key=lambda pair: pair.model.deviance)[:MAX_PAIRS]:
-        if JudgedModel.of(begun.model).validated.error < base.validated.error:
-            yield begun
+    behind = [pair for e in _telling_firsts(base.model, refits) for pair in _with_a_second(e, refits[e], progress)]
+    likeliest: dict[frozenset[str], RefittedPair] = {}  # of two with the same effects, either of which was the first
+    for pair in sorted(behind, key=lambda pair: pair.model.deviance):
+        likeliest.setdefault(frozenset(pair.effects), pair)
+    for pair in islice(likeliest.values(), MAX_PAIRS):
+        if ValidatedFit.of(pair.model.problem, pair.model.fitted()).error < base.validated.error:
+            yield pair
 
 
 def _telling_firsts(model: FilteredModel, refits: Mapping[str, FilteredModel]) -> list[str]:
