@@ -6,7 +6,7 @@ Symplectic Euler steps; friction is applied last, and takes the speed to zero wh
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,7 +32,9 @@ class Bench:
 def motion(bench: Bench, interval_s: float, drive: np.ndarray, begin_rad: float = 0.0) -> np.ndarray:
     """Angles (N,) [rad] of a machine let go at rest, at the begin of each interval of a drive (N,) held within it."""
     steps = round(interval_s / STEP_S)
-    return _angles(interval_s / steps, steps, drive, begin_rad, *astuple(bench))
+    resistances = (bench.weight, bench.viscous, bench.dry, bench.quadratic)
+    motor = (bench.back_emf, bench.supply)
+    return _angles(interval_s / steps, steps, drive, begin_rad, bench.inertia, *resistances, *motor)
 
 
 @njit
