@@ -112,3 +112,32 @@ def robot(**other: np.ndarray) -> dict[str, np.ndarray]:
     columns = dict(zip(log.channels, log.measured.T, strict=True))
     found = {"time": log.t, "pitch": columns["theta_p"], "gyro": columns["dtheta_p"], "wheel": columns["theta_w"]}
     return found | {"voltage": log.voltage} | other
+
+
+def late_motor(reading: str = "counts", late: float = 1.0, jitter: float = 0.0) -> dict[str, np.ndarray]:
+    """Columns (250,) of a motor under steps held for 0.8 s, each logged so many rows after it acts.
+
+    It is read in ``counts``, as a ``speed`` of what it went since the row before, or in counts while a ``relay`` turns
+    it round at two places. Rows come every 20 ms, some of them up to ``jitter`` of that early or late.
+    """
+    random, fine, rows, dt = np.random.default_rng(8), 200, 250, 0.02
+    levels = random.uniform(-10.0, 10.0, 8)
+    begins = np.arange(rows) + jitter * random.uniform(-0.5, 0.5, rows)
+    acting = np.repeat(np.r_[0.0, levels], 40)[: rows + 2]
+    place, speed, places, volts = 0.0, 0.0, [], 8.0
+    acted = np.repeat(acting, fine)
+    for k in range(acted.size):
+        places.append(place)
+        if reading == "relay":
+            volts = -volts if k % fine == 0 and place * volts > 0.0 and abs(place) > 2.0 else volts
+            acted[k] = volts
+        place, speed = place + speed * dt / fine, speed + (acted[k] / 0.2 - speed) / 0.08 * dt / fine
+    at = np.clip(np.round((begins + late) * fine).astype(int), 0, acted.size - 1)
+    counts = np.round(np.array(places)[at] * 1320 / (2 * np.pi))
+    found = {"t": begins * dt, "volts": acting[:rows]}
+    if reading == "relay":
+        at = np.round(begins * fine).astype(int)
+        return {"t": begins * dt, "volts": acted[at], "counts": np.round(np.array(places)[at] * 1320 / (2 * np.pi))}
+    if reading == "speed":
+        return found | {"rpm": np.diff(counts, prepend=counts[:1]) / 1320 * 60 / dt}
+    return found | {"counts": counts}

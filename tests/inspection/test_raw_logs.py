@@ -11,7 +11,17 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tests.raw_logs import arm_with_torque_sensor, driven_axis, fast_motor, robot, swing, two_wheels, way_of, write_csv
+from tests.raw_logs import (
+    arm_with_torque_sensor,
+    driven_axis,
+    fast_motor,
+    late_motor,
+    robot,
+    swing,
+    two_wheels,
+    way_of,
+    write_csv,
+)
 from tests.support import ROOT, run
 from wheelpend import Failure
 from wheelpend.inspection.angle_unit import swings_beyond_a_turn
@@ -108,6 +118,7 @@ RAW = {
         n: v for n, v in robot(wheel_speed=np.gradient(robot()["wheel"], robot()["time"])).items() if n != "wheel"
     },
     "a torque that a sensor reads with noise": arm_with_torque_sensor,
+    "a command that is logged a row after it acts": late_motor,
 }
 
 

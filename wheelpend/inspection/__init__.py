@@ -22,7 +22,8 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - wheels_and_body: the same of a body on wheels, with its IMU; `encoder` what its encoder reads, and in which unit;
   `voltage` its equations with unknown parameters, `fused_pitch` a pitch that takes the robot's acceleration for tilt
 - sampling: rows dropped or timed anew, clocks that jitter; raw_units: a duty instead of a voltage, a command
-  without its direction; noisy_input: an input that a sensor reads, whose noise does not act
+  without its direction; noisy_input: an input that a sensor reads, whose noise does not act; late_command: one that
+  is logged a row after it acts
 - clocks: findings on delays between input and sensors
 - standstill: gaps, constant signals and standstills
 """

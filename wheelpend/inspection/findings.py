@@ -7,18 +7,19 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable, guess_input_unit
+from wheelpend.logs.columns import DEFAULT_TABLE, HELD_AFTER, HELD_BEFORE, ColumnMap, ColumnTable, guess_input_unit
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.units import unit_ending
 
 __all__ = ["Finding", "LogCorrections", "with_consistent_signs", "with_settings"]
 
-COLUMN_KEYS = ("column", "unit", "sign", "scale", "offset", "times", "smooth")  # of an entry of [columns]
+COLUMN_KEYS = ("column", "unit", "sign", "scale", "offset", "times", "smooth", "held")  # of an entry of [columns]
 CURING_KEYS = {  # of an entry of [columns], by the kind of finding that they cure
     "flipped_sign": ("sign", "offset"),
     "wrong_unit": ("unit", "scale"),
     "counts": ("scale",),
     "noisy_input": ("smooth",),
+    "late_command": ("held",),
     "swapped_channels": COLUMN_KEYS,
 }
 ENCODER_SETTINGS = {  # what cures a finding on what an encoder is read against
@@ -41,6 +42,7 @@ class LogCorrections:
     sign: dict[str, int] = field(default_factory=dict)
     scale: dict[str, float] = field(default_factory=dict)  # by which a column is multiplied beside how it was read
     smooth: dict[str, float] = field(default_factory=dict)  # s, of inputs
+    late: set[str] = field(default_factory=set)  # inputs that act since the row before
     encoder: str = ""  # absolute or relative, where the declared one is wrong
     second_encoder: str = ""  # likewise of a second link's
     rate_delay_samples: float = 0.0  # samples by which a rate lags its angle; no line of a model file cures that
@@ -53,6 +55,7 @@ class LogCorrections:
             *self.unit,
             *self.scale,
             *self.smooth,
+            *self.late,
             *(c for c, sign in self.sign.items() if sign < 0),
         }
         names = [c for c in self.table.names if c in corrected]
@@ -83,6 +86,7 @@ class LogCorrections:
             *([f"offset = {wanted.offset:.9g}"] if wanted.offset else []),
             *([f"times = {json.dumps(wanted.times, ensure_ascii=False)}"] if wanted.times else []),
             *([f"smooth = {wanted.smooth!r}"] if wanted.smooth else []),
+            *([f'held = "{wanted.held}"'] if wanted.held != HELD_AFTER else []),
         ]
         return "{ " + ", ".join(parts) + " }"
 
@@ -97,7 +101,8 @@ class LogCorrections:
         turn = self.sign.get(name, 1)
         scale = known.scale * self.scale.get(name, 1.0)
         smooth = self.smooth.get(name, known.smooth if source == name else 0.0)
-        return ColumnMap(known.column, unit, known.sign * turn, scale, known.offset * turn, known.times, smooth)
+        held = HELD_BEFORE if name in self.late else known.held
+        return ColumnMap(known.column, unit, known.sign * turn, scale, known.offset * turn, known.times, smooth, held)
 
     def column_settings(self, name: str, keys: Collection[str] = COLUMN_KEYS) -> dict[str, Any]:
         """What `wheelpend set` would change of how a quantity is read: these keys, and a column that was guessed."""

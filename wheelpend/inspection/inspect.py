@@ -14,6 +14,7 @@ from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.counters import find_copies
 from wheelpend.inspection.equations import least_samples
 from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs, with_settings
+from wheelpend.inspection.late_command import find_late_command
 from wheelpend.inspection.noisy_input import find_noisy_inputs
 from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
 from wheelpend.inspection.sampling import find_sampling_faults
@@ -119,7 +120,9 @@ def inspect_log(
     findings += [*silent, *standstill_findings(log, {c: t for c, t in still.items() if c not in told}, table)]
     if set(table.channels) <= set(log.channels):
         findings += find_faults(log, relative, corrections, module, second_encoder)
-    findings += [] if corrections.source else find_noisy_inputs(log, corrections)  # of interchanged columns none
+    if not corrections.source:  # of interchanged columns none
+        findings += find_noisy_inputs(log, corrections)
+        findings += find_late_command(log, corrections)
     unit_told = {f.channel for f in findings if f.kind in ("counts", "wrong_unit")}
     findings += [f for f in find_counts(log, corrections) if f.channel not in unit_told]
     findings = with_consistent_signs(findings, corrections)

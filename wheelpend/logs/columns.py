@@ -17,6 +17,7 @@ from wheelpend.logs.units import UNIT_CONVERSIONS, speed_unit, unit_base, unit_e
 
 TIME_ALIASES = ("time", "timestamp", "stamp", "sec")  # other names of columns; only used to propose a mapping
 NO_RATES = "gyro of a robot on wheels, rate_sensor of any plant"  # assumptions of a machine without a sensor of a rate
+HELD_WORDS = HELD_AFTER, HELD_BEFORE = ("after", "before")  # when a row's input acts: until the next, since the last
 ROW_NUMBER = "row number"  # stands for a column that counts the rows, in a log without a clock
 INPUT_ALIASES = (
     "volt", "input", "motor", "command", "u", "ua", "u_a", "vir", "effort", "torque", "tau", "force", "current", "pwm",
@@ -30,7 +31,8 @@ class ColumnMap:
     """The column of a log that holds a quantity, with its unit, its sign against ours, its scale and its zero.
 
     measured = sign · scale · (value in SI units) · times + offset, times being the value of another column; behind a
-    Gaussian that looks both ways, where an input is smoothed.
+    Gaussian that looks both ways, where an input is smoothed. An input acts from its row to the next, or since the row
+    before, as ``held`` says.
     """
 
     column: str
@@ -40,6 +42,7 @@ class ColumnMap:
     offset: float = 0.0  # what is measured where the column reads zero, in the quantity's own unit
     times: str = ""  # another column, which multiplies it sample by sample: a battery's volts beside a duty
     smooth: float = 0.0  # s, standard deviation of a Gaussian behind which an input is that a sensor reads
+    held: str = HELD_AFTER  # or before: whether an input in a row acts after it, or acted before it
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNIT_CONVERSIONS:
@@ -53,6 +56,8 @@ class ColumnMap:
             raise Failure(f"offset must be a finite number, in the unit of the quantity, not {self.offset}.")
         if not (math.isfinite(self.smooth) and self.smooth >= 0):
             raise Failure(f"smooth must be a time in s, over which an input is smoothed, not {self.smooth}.")
+        if self.held not in HELD_WORDS:
+            raise Failure(f"held must be one of {', '.join(HELD_WORDS)}, of the row of an input, not '{self.held}'.")
 
 
 @dataclass(frozen=True)
@@ -144,6 +149,7 @@ class ColumnSource(NamedTuple):
     times: str = ""  # a column of the file that multiplies it sample by sample; nothing where none does
     is_speed: bool = False  # of the place that it is read as: it is summed over time
     smooth: float = 0.0  # s, of an input that a sensor reads
+    acted_before: bool = False  # of an input: since the row before, not from its own row on
 
 
 def find_sources(
@@ -170,9 +176,13 @@ def find_sources(
             if mapped.smooth and name not in table.inputs:
                 raise Failure(f"[columns] {name} must have no smooth: only an input may be smoothed; what reads the "
                               "machine counts by its noise. Remove it.")  # fmt: skip
+            if mapped.held != HELD_AFTER and name not in table.inputs:
+                raise Failure(f"[columns] {name} must have no held: only an input is held from row to row. Remove it.")
             check_factor(log, name, mapped, names, kind)
-            factor = mapped.sign * mapped.scale * known
-            sources[name] = ColumnSource(mapped.column, factor, mapped.offset, mapped.times, is_speed, mapped.smooth)
+            factor, acted_before = mapped.sign * mapped.scale * known, mapped.held == HELD_BEFORE
+            sources[name] = ColumnSource(
+                mapped.column, factor, mapped.offset, mapped.times, is_speed, mapped.smooth, acted_before
+            )
         elif name in names:
             sources[name] = ColumnSource(name, 1.0)
             if mapped and name in columns:

@@ -43,6 +43,11 @@ def held_commands(log: str, name: str, values: np.ndarray) -> tuple[np.ndarray, 
     return values[np.maximum(last_true(~np.isnan(values)), 0)], [f"{name} {why}; each is held until the next."]
 
 
+def of_next_row(values: np.ndarray) -> np.ndarray:
+    """What acts from each row on, of an input (N,) whose rows say what acted before them; the last one goes on."""
+    return np.append(values[1:], values[-1:])
+
+
 def is_sparse(values: np.ndarray, known: np.ndarray) -> bool:
     """True where most cells are empty, and an empty one follows nearly every value."""
     if len(known) < 2 or 1.0 - len(known) / len(values) < MIN_SPARSE_SHARE:

@@ -28,7 +28,7 @@ from wheelpend.logs.checks import (
     unit_of_interval,
 )
 from wheelpend.logs.columns import DEFAULT_TABLE, ROW_NUMBER, ColumnMap, ColumnSource, ColumnTable, find_sources
-from wheelpend.logs.commands import held_commands
+from wheelpend.logs.commands import held_commands, of_next_row
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.noise import noise_of_moving
 from wheelpend.logs.recording import cured, seams_of
@@ -88,6 +88,8 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
         notes += remarks
         if width := sources[name].smooth:
             columns_by_name[name] = smoothed_input(columns_by_name[name], t, width)
+        if sources[name].acted_before:
+            columns_by_name[name] = of_next_row(columns_by_name[name])
     check_input_acts(log_name, columns_by_name, table)
     seams = seams_of(raw_t, columns_by_name, table)  # before they are made continuous
     notes += unwrap_positions(columns_by_name, raw_t, table, sources)

@@ -63,6 +63,7 @@ class Column:
     offset: float = 0.0  # in the quantity's unit, added after sign and scale
     times: str = ""  # another column of the log, which multiplies it sample by sample
     smooth: float = 0.0  # s, over which an input is smoothed that a sensor reads
+    held: str = "after"  # or before: whether an input in a row acts after it, or acted before it
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,7 @@ MODEL_FILE_CHECK = table(
             offset=number,
             times=text,
             smooth=nonnegative,
+            held=one_of("after", "before"),
         )
     ),
     simulation=mapping(number),
