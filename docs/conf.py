@@ -42,7 +42,8 @@ CHAPTERS = {
     ),
     "Measured machines": ("emps", "robot", "pendulum", "servo", "arm"),
     "How it works, and how far to trust it": (
-        "method", "statistics", "benches", "trust", "benchmark", "performance", "paper", "reproduction", "architecture",
+        "method", "statistics", "benches", "trust", "public_logs", "benchmark", "performance", "paper", "reproduction",
+        "architecture",
     ),
     "Reference": ("reference", "/CHANGELOG", "/SECURITY", "/data/README"),
 }  # fmt: skip
