@@ -56,6 +56,23 @@ def test_counts_that_the_equations_do_not_tell_are_guessed_and_marked(robot, tmp
     assert "encoder_counts = 4096  # guessed: with the scale of theta_w" in text
 
 
+def test_counts_are_taken_to_be_read_against_the_body_where_the_equations_do_not_tell(robot, tmp_path):
+    look = first_look(written(tmp_path, slow_encoder(named(robot))), WHEEL)
+    assert not any(f.kind == "relative_encoder" for f in look.inspection.findings)
+    assert tomllib.loads(look.model)["sensors"]["encoder"] == "relative" and "encoder" in look.guesses
+    assert 'encoder = "relative"  # guessed: counts are read against the body' in look.model
+
+
+def test_an_angle_of_the_wheel_in_fractions_or_counts_that_contain_the_pitch_are_not(robot, tmp_path):
+    columns = named(slow_encoder(robot))
+    look = first_look(written(tmp_path, {**columns, "pos": columns["pos"] / 300.0 + 0.001}), WHEEL)
+    assert "relative" not in look.model and "encoder" not in look.guesses
+    columns = named(robot)
+    leaning = -columns["ang"] * 1440 / 360  # in counts, as the firmware adds it
+    look = first_look(written(tmp_path, {**columns, "pos": np.round(columns["pos"] + leaning)}), WHEEL)
+    assert "relative" not in look.model and "encoder" not in look.guesses
+
+
 def test_a_wheel_in_whole_numbers_of_hundreds_looks_like_counts(robot, tmp_path):
     model = Model.parse(MODEL)
     _, found = inspect_file(model, written(tmp_path, slow_encoder(named(robot))))

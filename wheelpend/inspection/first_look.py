@@ -9,16 +9,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.inspect import Inspection, inspect_file
 from wheelpend.inspection.plant_fit import toml_value
 from wheelpend.inspection.proposal import Proposal, propose, with_cures
+from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import Survey, survey_file
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.model.toml_checks import call_look_up
+
+TURNING_ENCODER = '[sensors]\nencoder = "relative"\n'
+TURNING_REASON = "counts are read against the body, with which the housing turns; absolute where the pitch was added"
 
 
 class FirstLook(NamedTuple):
@@ -63,12 +69,31 @@ def first_look(path: Path, plant: str = "", interval: float | None = None) -> Fi
         return FirstLook(survey, proposal, proposal.text, None, None, str(failure), proposal.guesses)
     guesses = {**proposal.guesses, **estimates(inspection)}
     cured, sensors = with_cures(proposal.text, inspection.proposal), inspection.sensors
-    if inspection.proposal:
+    turning = counts_turn_with_the_body(survey, cured, inspection, path)
+    if turning:
+        cured, guesses = with_cures(cured, TURNING_ENCODER), guesses | {"encoder": TURNING_REASON}
+    if inspection.proposal or turning:
         as_cured, again = inspect_file(Model.parse(cured), path)
         log, sensors = replace(log, warnings=as_cured.warnings), again.sensors  # of what the cures leave
     comments = {**guesses, **counts_comments(guesses, Model.parse(cured).table)}
     text = with_cures(cured, steps_text(sensors), guesses=comments)  # steps in the unit that the cures give a channel
     return FirstLook(survey, proposal, text, log, inspection, "", guesses)
+
+
+def counts_turn_with_the_body(survey: Survey, text: str, inspection: Inspection, path: Path) -> bool:
+    """True of an encoder in counts on a body that leans, where the equations do not tell what it is read against.
+
+    Its housing is the motor's, which turns with the body; only a reading to which the pitch was added is not so.
+    """
+    model = Model.parse(text)
+    counted = (c for c, s in model.table.sensors.items() if s.counts_key and c in model.columns)
+    whole = [c for c in counted if is_whole(survey.values.get(model.columns[c].column, np.zeros(1)))]
+    if model.assumptions.get("encoder") != "absolute" or not whole:
+        return False
+    if any(f.kind in ("relative_encoder", "absolute_encoder") for f in inspection.findings):
+        return False
+    _, turned = inspect_file(Model.parse(with_cures(text, TURNING_ENCODER)), path)
+    return not any(f.kind == "absolute_encoder" for f in turned.findings)
 
 
 def estimates(inspection: Inspection) -> dict[str, str]:
