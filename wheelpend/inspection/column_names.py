@@ -151,7 +151,17 @@ def is_no_place(name: str) -> bool:
 
 def are_body_and_wheel(place: str, rate: str) -> bool:
     """True of a place that is called after what balances, and a rate after what it balances on."""
-    return has_word(place, BODY_ANGLES) and has_word(rate, WHEEL_WORDS)
+    return is_of_body(place) and has_word(rate, WHEEL_WORDS)
+
+
+def is_of_body(name: str) -> bool:
+    """True of a column that is called after what balances."""
+    return has_word(name, BODY_ANGLES)
+
+
+def are_wheel_and_gyro(place: str, rate: str) -> bool:
+    """True of a place that is called after a wheel or its encoder, and a rate after a gyro: that is the body's."""
+    return has_word(place, WHEEL_NAMES) and has_word(rate, BODY_SENSORS)
 
 
 def is_of_joint_states(name: str) -> bool:

@@ -17,6 +17,7 @@ from wheelpend.inspection.column_names import (
     REFERENCE_NAMES,
     SENSOR_NAMES,
     are_body_and_wheel,
+    are_wheel_and_gyro,
     contains,
     controller_terms,
     has_word,
@@ -26,6 +27,7 @@ from wheelpend.inspection.column_names import (
     is_command,
     is_likely_input,
     is_no_place,
+    is_of_body,
     is_of_current,
     is_told,
     kind_by_name,
@@ -181,7 +183,13 @@ def possible_rates(names: list[str]) -> list[tuple[str, str]]:
     measured = [n for n in names if not contains(n, REFERENCE_NAMES)]
     places = [n for n in measured if not is_no_place(n)]
     able = [n for n in measured if kind_by_name(n) != "position" and not has_word(n, ERROR_NAMES)]
-    return [(a, b) for a in places for b in able if a != b and not are_body_and_wheel(a, b)]
+    has_body = any(is_of_body(n) for n in places)
+    return [
+        (a, b)
+        for a in places
+        for b in able
+        if a != b and not are_body_and_wheel(a, b) and not (has_body and are_wheel_and_gyro(a, b))
+    ]
 
 
 def rates_by_sum(names: list[str], values: dict[str, np.ndarray], t: np.ndarray) -> dict[str, tuple[str, str]]:

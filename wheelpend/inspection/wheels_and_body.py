@@ -52,20 +52,38 @@ def find_faults(log: Log, relative: bool, corrections: LogCorrections) -> list[F
         partial(find_wrapped_angles, names=("theta_w", "theta_p"), corrections=corrections),
         partial(find_swapped_columns, pair=IMU, corrections=corrections),
         partial(find_range_in_degrees, corrections=corrections),
-        partial(find_rate_faults, pair=IMU, corrections=corrections),
     ):
         found, log = check(log)
         findings += found
     signals = uniform_signals(log, INPUT, in_range=True)
+    fused, cured = fused_findings(signals, relative) if signals and rate_goes_along(signals, IMU) else ([], signals)
+    if fused:  # its slope is not the gyro's, and tells no unit of it
+        signals = cured
+    else:
+        found, log = find_rate_faults(log, pair=IMU, corrections=corrections)
+        findings += found
+        signals = uniform_signals(log, INPUT, in_range=True)
     if signals is None or not rate_matches_angle(signals, IMU):
         return findings + rate_shift_findings("dtheta_p", "theta_p", corrections.rate_delay_samples, log.dt)
     conflict = corrections.sign.get("dtheta_p", 1) < 0  # the log's copy has a gyro that agrees with the pitch
     found, signals = find_flipped_signs(signals, conflict, corrections)
     findings += found
     whole = is_whole(channel_values(log, "theta_w"))
+    if not fused:
+        fused, signals = fused_findings(signals, relative)
+    return findings + fused + find_clocks_and_encoder(signals, relative, whole, corrections)
+
+
+def rate_goes_along(signals: Signals, pair: RatePair) -> bool:
+    """True of a rate that mostly has the sign of its angle's derivative."""
+    slope, rate = signals.smooth(pair.angle, 1)[signals.rows], signals.smooth(pair.rate)[signals.rows]
+    return bool(slope @ rate > 0.0)
+
+
+def fused_findings(signals: Signals, relative: bool) -> tuple[list[Finding], Signals]:
+    """The finding on a pitch that an accelerometer draws along, and the signals without that error."""
     wheel = signals.channels["theta_w"] + (signals.channels["theta_p"] if relative else 0.0)
-    found, signals = fused_pitch_findings(signals, IMU, wheel)
-    return findings + found + find_clocks_and_encoder(signals, relative, whole, corrections)
+    return fused_pitch_findings(signals, IMU, wheel)
 
 
 def find_flipped_signs(signals: Signals, conflict: bool, corrections: LogCorrections) -> tuple[list[Finding], Signals]:
