@@ -321,6 +321,59 @@ def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: flo
     return [c.effect for r in rounds for c in r.named], rounds[-1].verdict
 
 
+def beside_another_search(monkeypatch, rest: str, deviance: float, error: float, gain: float, needed: bool):
+    """Effects and verdict of a search beside which another found dry friction and a tilt: so likely, with this error.
+
+    By likelihood a dead zone was found, of a deviance of 500, an error of 5 and a gain of 1 on held-out data.
+    """
+    found_so = SimpleNamespace(model=SimpleNamespace(effects=("coulomb_drive", "accelerometer_tilt")))
+    near = SimpleNamespace(deviance=deviance, problem=found_so, validated=SimpleNamespace(error=error), predicted=gain)
+    alone = SimpleNamespace(effects=("voltage_dead_zone",))
+    start = SimpleNamespace(deviance=1000.0, problem=SimpleNamespace(model=alone), predicted=0.0)
+
+    def a_round(before, added, goes_on, progress):
+        if before is near:
+            assert added == ["coulomb_drive", "accelerometer_tilt"]
+            return one_round.Round((Ended([], "nothing_missing", error),), near, None)
+        if added:
+            return one_round.Round((Ended([], rest, 5.0),), before, None)
+        first = SimpleNamespace(effect="voltage_dead_zone", held_out_gain=1.0)
+        larger = SimpleNamespace(deviance=500.0, problem=SimpleNamespace(model=alone))
+        return one_round.Round((Ended([first], "effect_missing", 9.0),), before, larger)
+
+    monkeypatch.setattr(search, "one_round", a_round)
+    monkeypatch.setattr(search, "filtered_model", lambda problem, starts, progress: near)
+    monkeypatch.setattr(search, "refitted", lambda model: model)
+    monkeypatch.setattr(search, "_is_needed", lambda model, effect: needed)
+    monkeypatch.setattr(search.JudgedModel, "of", lambda model: model)
+    monkeypatch.setattr(search, "gain_in_blocks", lambda before, after: np.array([after - before]))
+    other = [Ended([SimpleNamespace(effect=e, held_out_gain=None)], "effect_missing", 9.0)
+             for e in ("coulomb_drive", "accelerometer_tilt")]  # fmt: skip
+    way = search.OtherWay(other, found_so, {})
+    rounds = search.rounds_from(start, lambda rounds: len(rounds) > 3, lambda text: None, way)
+    return [c.effect for r in rounds for c in r.named], rounds[-1].verdict
+
+
+OTHERS, ALONE = ["coulomb_drive", "accelerometer_tilt"], ["voltage_dead_zone"]
+
+
+@pytest.mark.parametrize(
+    ("rest", "deviance", "error", "gain", "needed", "ends_with"),
+    [
+        ("unexplained", 400.0, 4.0, 2.0, True, (OTHERS, "nothing_missing")),
+        ("nothing_missing", 400.0, 4.0, 2.0, True, (ALONE, "nothing_missing")),  # nothing is left to ask about
+        ("unexplained", 499.0, 4.0, 2.0, True, (ALONE, "unexplained")),  # hardly likelier
+        ("unexplained", 400.0, 6.0, 2.0, True, (ALONE, "unexplained")),  # it predicts worse over the horizon
+        ("unexplained", 400.0, 4.0, 0.5, True, (ALONE, "unexplained")),  # and here from row to row
+        ("unexplained", 400.0, 4.0, 2.0, False, (ALONE, "unexplained")),  # one of its effects is not needed
+    ],
+)
+def test_a_search_that_leaves_something_unexplained_goes_on_from_what_another_found_where_that_is_likelier(
+    monkeypatch, rest, deviance, error, gain, needed, ends_with
+):
+    assert beside_another_search(monkeypatch, rest, deviance, error, gain, needed) == ends_with
+
+
 @pytest.mark.parametrize(
     ("rest", "deviance", "error", "ends_with"),
     [

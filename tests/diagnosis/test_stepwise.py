@@ -171,6 +171,7 @@ def by_likelihood_alone(monkeypatch, likely):
     monkeypatch.setattr(stepwise, "likely_model", lambda *rest: None)
     monkeypatch.setattr(stepwise, "_rounds_aside", lambda *rest: [])
     monkeypatch.setattr(stepwise, "rounds_from", lambda *rest: likely)
+    monkeypatch.setattr(stepwise, "_way_of", lambda rounds: None)
     monkeypatch.setattr(stepwise, "down_to_noise", lambda rounds, *rest: rounds)
 
 
@@ -224,6 +225,7 @@ def test_logs_without_the_times_of_a_force_from_outside_count_where_they_explain
     monkeypatch.setattr(stepwise, "likely_model", lambda *rest: None)
     monkeypatch.setattr(stepwise, "_rounds_aside", lambda *rest: calm)
     monkeypatch.setattr(stepwise, "rounds_from", lambda *rest: asked.append(rest) or likely)
+    monkeypatch.setattr(stepwise, "_way_of", lambda rounds: None)
     monkeypatch.setattr(stepwise, "down_to_noise", lambda rounds, *rest: rounds)
     monkeypatch.setattr(stepwise, "is_far_calmer", lambda found, before: is_calmer)
     assert stepwise.stepwise(None, {}, lambda rounds: False) is {"calm": calm, "likely": likely}[answer]

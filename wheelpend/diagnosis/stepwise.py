@@ -18,7 +18,13 @@ from wheelpend.diagnosis.criteria import (
 )
 from wheelpend.diagnosis.evidence import ValidatedFit
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
-from wheelpend.diagnosis.likelihood.search import leaves_a_force, likely_model, rounds_by_likelihood, rounds_from
+from wheelpend.diagnosis.likelihood.search import (
+    OtherWay,
+    leaves_a_force,
+    likely_model,
+    rounds_by_likelihood,
+    rounds_from,
+)
 from wheelpend.diagnosis.outside_force import is_far_calmer, without_outside_forces
 from wheelpend.diagnosis.ranking import nested_effects
 from wheelpend.diagnosis.refit import Progress
@@ -122,7 +128,7 @@ def stepwise(
     calm = _rounds_aside(model, rounds[-1], is_done, progress) if leaves_out else []
     if calm and _names_and_explains(calm):
         return calm
-    likely = down_to_noise(rounds_from(model, is_done, progress), is_done, progress)
+    likely = down_to_noise(rounds_from(model, is_done, progress, _way_of(rounds)), is_done, progress)
     if calm and not _names_and_explains(likely) and is_far_calmer(calm[-1], likely[-1]):
         return calm
     if _explains_nothing(first) and not likely[0].named and likely[-1].verdict == "unexplained":
@@ -130,6 +136,12 @@ def stepwise(
         if rounds[-1].is_explained:
             return _without_redundant(rounds, problem, start, is_done, progress, is_paired=True)[0]
     return likely
+
+
+def _way_of(rounds: Rounds) -> OtherWay:
+    """What a search without likelihoods came to, as one by likelihood may go on from it."""
+    reached = best_result(rounds)
+    return OtherWay([r for r in rounds if r.named], reached.problem, reached.fit.values)
 
 
 def down_to_noise(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:

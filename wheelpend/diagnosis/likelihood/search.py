@@ -6,11 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 import derive
 from derive.effects import DryForce
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
-from wheelpend.diagnosis.likelihood.judgement import MIN_TOLD_GAIN
+from wheelpend.diagnosis.likelihood.held_out import gain_in_blocks
+from wheelpend.diagnosis.likelihood.judgement import MIN_TOLD_GAIN, JudgedModel
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
 from wheelpend.diagnosis.likelihood.one_round import Round, one_round
 from wheelpend.diagnosis.likelihood.refits import (
@@ -71,25 +74,86 @@ def likely_fits(
     return fitted_to_all(model).fitted(), fitted_to_all(settled(refits[effect])).fitted()
 
 
-def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
+class OtherWay(NamedTuple):
+    """Effects that another search added, none of which it found by likelihood."""
+
+    rounds: Rounds  # each of which names one
+    problem: EstimationProblem  # of the model with them all
+    values: Mapping[str, float]  # of its parameters
+
+
+def rounds_from(
+    model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress, other: OtherWay | None = None
+) -> Rounds:
     """Diagnoses, each with the first candidate of the one before in its model, the last with none worth naming.
 
     An effect that later ones have made needless is taken out, and the search made once more without it. Where it ends
     with something unexplained, and an effect had a rival that it did not lead, the search is made once more with that
-    one; it counts if it ends with a likelier model that predicts no worse, over the horizon and from row to row.
+    one; it counts if it ends with a likelier model that predicts no worse, over the horizon and from row to row. So
+    does a search that goes on from what was found the ``other`` way.
     """
     path = _to_the_end(model, [], None, is_done, progress)
-    if path.fork is None or where_chance_does_not_explain(path.rounds[-1]).verdict != "unexplained":
-        return path.rounds
-    before, instead = path.fork
+    if _is_unexplained(path) and path.fork is not None:
+        path = _with_rival(path, *path.fork, is_done, progress)
+    if _is_unexplained(path) and other and other.rounds:
+        path = _along(other, path, model, is_done, progress)
+    return path.rounds
+
+
+def _is_unexplained(path: Path) -> bool:
+    return where_chance_does_not_explain(path.rounds[-1]).verdict == "unexplained"
+
+
+def _with_rival(
+    path: Path,
+    before: Rounds,
+    instead: Callable[[], Round | None],
+    is_done: Callable[[Rounds], bool],
+    progress: Progress,
+) -> Path:
+    """A path, or the one by the rival of an effect that it added, where that ends likelier and predicts no worse."""
     progress("something is left unexplained: once more with a rival of an effect that was added")
-    other = instead()
-    if other is None:
-        return path.rounds
-    rival = _to_the_end(path.begun, before, other, is_done, progress)
+    begun = instead()
+    if begun is None:
+        return path
+    rival = _to_the_end(path.begun, before, begun, is_done, progress)
     worse = rival.rounds[-1].error > path.rounds[-1].error or _held_out_gain(rival.rounds) < _held_out_gain(path.rounds)
-    likelier = rival.judged.deviance < path.judged.deviance - 2.0 * MIN_TOLD_GAIN
-    return rival.rounds if likelier and not worse else path.rounds
+    return rival if _is_likelier(rival.judged, path.judged) and not worse else path
+
+
+def _along(
+    other: OtherWay, path: Path, model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress
+) -> Path:
+    """A path, or the one that goes on from what another search found, where that is likelier and predicts no worse.
+
+    Far from what moves a machine a random force takes the place of several effects at once, and no single step leads
+    back. What the other search came to counts only with every effect of it needed, by likelihood too.
+    """
+    effects = [r.named[0].effect for r in other.rounds]
+    if set(effects) <= set(path.judged.problem.model.effects):
+        return path
+    progress(f"something is left unexplained: once more from {', '.join(effects)}, which predict without likelihoods")
+    near = refitted(filtered_model(other.problem, [other.values], progress))
+    if not _is_likelier(near, path.judged) or not all(_is_needed(near, e) for e in effects):
+        return path
+    start, reached = (JudgedModel.of(m) for m in (model, near))
+    gain = float(np.sum(gain_in_blocks(start.predicted, reached.predicted)))
+    if reached.validated.error > path.rounds[-1].error or not gain > _held_out_gain(path.rounds):
+        return path
+    found = _forward(near, other.rounds, None, is_done, progress)
+    return path if found.needless else found
+
+
+def _is_needed(model: FilteredModel, effect: str) -> bool:
+    """True of an effect that means what it is called, and without which a model is clearly less likely."""
+    if effect in without_meaning(model):
+        return False
+    smaller = without_effect(model, effect)
+    return smaller is None or _is_likelier(model, smaller)
+
+
+def _is_likelier(one: FilteredModel, other: FilteredModel) -> bool:
+    return one.deviance < other.deviance - 2.0 * MIN_TOLD_GAIN
 
 
 def _held_out_gain(rounds: Rounds) -> float:
