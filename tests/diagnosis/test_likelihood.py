@@ -354,18 +354,18 @@ def beside_another_search(monkeypatch, rest: str, deviance: float, error: float,
     return [c.effect for r in rounds for c in r.named], rounds[-1].verdict
 
 
-OTHERS, ALONE = ["coulomb_drive", "accelerometer_tilt"], ["voltage_dead_zone"]
+TOGETHER, BY_LIKELIHOOD = ["coulomb_drive", "accelerometer_tilt"], ["voltage_dead_zone"]
 
 
 @pytest.mark.parametrize(
     ("rest", "deviance", "error", "gain", "needed", "ends_with"),
     [
-        ("unexplained", 400.0, 4.0, 2.0, True, (OTHERS, "nothing_missing")),
-        ("nothing_missing", 400.0, 4.0, 2.0, True, (ALONE, "nothing_missing")),  # nothing is left to ask about
-        ("unexplained", 499.0, 4.0, 2.0, True, (ALONE, "unexplained")),  # hardly likelier
-        ("unexplained", 400.0, 6.0, 2.0, True, (ALONE, "unexplained")),  # it predicts worse over the horizon
-        ("unexplained", 400.0, 4.0, 0.5, True, (ALONE, "unexplained")),  # and here from row to row
-        ("unexplained", 400.0, 4.0, 2.0, False, (ALONE, "unexplained")),  # one of its effects is not needed
+        ("unexplained", 400.0, 4.0, 2.0, True, (TOGETHER, "nothing_missing")),
+        ("nothing_missing", 400.0, 4.0, 2.0, True, (BY_LIKELIHOOD, "nothing_missing")),  # nothing is left to ask about
+        ("unexplained", 499.0, 4.0, 2.0, True, (BY_LIKELIHOOD, "unexplained")),  # hardly likelier
+        ("unexplained", 400.0, 6.0, 2.0, True, (BY_LIKELIHOOD, "unexplained")),  # it predicts worse over the horizon
+        ("unexplained", 400.0, 4.0, 0.5, True, (BY_LIKELIHOOD, "unexplained")),  # and here from row to row
+        ("unexplained", 400.0, 4.0, 2.0, False, (BY_LIKELIHOOD, "unexplained")),  # one of its effects is not needed
     ],
 )
 def test_a_search_that_leaves_something_unexplained_goes_on_from_what_another_found_where_that_is_likelier(
