@@ -6,6 +6,7 @@ import pytest
 from wheelpend.benchmarks.benches.cases import MACHINE_KINDS, made, plan
 from wheelpend.benchmarks.benches.machines import Bench, counted, motion
 from wheelpend.benchmarks.benches.page import page_text
+from wheelpend.benchmarks.benches.robots import Imu, Loop, Robot, balanced, gains_of
 from wheelpend.benchmarks.benches.runner import run
 from wheelpend.benchmarks.benches.trial import Outcome
 
@@ -34,19 +35,61 @@ def test_a_link_without_friction_keeps_its_energy_and_dry_friction_takes_four_ti
     assert np.ptp(rubbed[-100:]) == 0.0 and abs(rubbed[-1]) <= 0.0101
 
 
+ROBOT = Robot(0.02, 0.05, 0.025, 0.003, 3.0, 0.0, 0.0)
+PERFECT_IMU = Imu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def _run(robot, loop, imu=PERFECT_IMU, wanted=0.0, rows=100):
+    return balanced(robot, imu, loop, np.full(rows, wanted), np.zeros(rows), np.random.default_rng(0))
+
+
+def test_a_robot_without_a_voltage_falls_as_its_energy_says():
+    idle = Loop(0.002, (0.0,) * 4, 6.0, 0, 10**8)
+    readings, voltages = _run(ROBOT, idle, rows=190)
+    pitch, rate = readings[:, 1], readings[:, 2]
+    wheel = np.gradient(readings[:, 0] + pitch, 0.002)
+    kinetic = 0.5 * (ROBOT.roll * wheel**2 + ROBOT.lean * rate**2 + ROBOT.rotor * (wheel - rate) ** 2)
+    energy = kinetic + ROBOT.coupling * np.cos(pitch) * wheel * rate + ROBOT.weight * np.cos(pitch)
+    assert not voltages.any() and pitch[-1] > 0.2
+    assert energy[1:-1] == pytest.approx(ROBOT.weight * np.cos(0.03), abs=1e-3)
+    assert _run(ROBOT, idle, rows=1000) is None
+
+
+def test_a_robot_in_its_loop_goes_where_it_is_sent_and_sticking_gears_hold_it_off():
+    damped = ROBOT._replace(damping=0.3)
+    gains = gains_of(damped, 0.005, (4.0, 0.2, 10.0, 2.0), 2.0)
+    loop = Loop(0.005, gains, 6.0, 0, 2000)
+    readings, voltages = _run(damped, loop, wanted=2.0, rows=2000)
+    assert readings[-200:, 0] + readings[-200:, 1] == pytest.approx(2.0, abs=0.05)
+    assert np.abs(readings[-200:, 1]).max() < 0.01 and np.abs(voltages).max() <= 6.0
+    stuck, _ = _run(damped._replace(dry=0.5), loop, wanted=2.0, rows=2000)
+    assert np.ptp(readings[-800:, 0]) < 0.02 < 0.5 < np.ptp(stuck[-800:, 0])  # it hunts
+
+
+def test_a_pitch_that_is_fused_with_an_accelerometer_lags_in_proportion_to_the_speed_gained():
+    idle = Loop(0.002, (0.0,) * 4, 6.0, 0, 10**8)
+    true, _ = _run(ROBOT, idle, rows=100)
+    fused, _ = _run(ROBOT, idle, PERFECT_IMU._replace(radius_over_gravity=0.006, time_constant=2.0), rows=100)
+    speed = np.gradient(true[:, 0] + true[:, 1], 0.002)
+    assert (true[:, 1] - fused[:, 1])[-20:] == pytest.approx(0.003 * speed[-20:], rel=0.1)
+
+
 def test_cases_are_drawn_alike_each_time_and_hold_what_they_hide():
     cases = plan(30)
-    assert [c.kind for c in cases[:4]] == list(MACHINE_KINDS)
+    assert [c.kind for c in cases[:5]] == list(MACHINE_KINDS)
     for case in cases:
         bench = made(case)
         assert np.array_equal(bench.log.measured, made(case).log.measured)
         assert np.isfinite(bench.log.measured).all() and set(bench.hidden) <= set(_sizes(case.kind))
         assert ("coasting_driver.rate" in bench.hidden) == (case.kind == "coasting motor")
-    assert 20 <= sum(len(made(c).hidden) for c in cases) <= 60
+    assert 30 <= sum(len(made(c).hidden) for c in cases) <= 80
 
 
 def _sizes(kind):
     swing = ("viscous_drive.coefficient", "coulomb_drive.torque", "quadratic_drive.coefficient", "encoder_zero.bias")
+    if kind == "balancing robot":
+        fused = ("accelerometer_tilt.gain", "accelerometer_tilt.time_constant")
+        return ("coulomb_drive.torque", "actuator_delay.delay", "imu_bias.bias", "gyro_bias.bias", *fused)
     driven = ("coulomb_drive.torque", "actuator_delay.delay", "voltage_saturation.limit", "coasting_driver.rate")
     return swing if kind == "swing" else (*driven, swing[3] if kind == "driven pendulum" else swing[2])
 

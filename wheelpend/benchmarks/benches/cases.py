@@ -8,16 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wheelpend.benchmarks.benches.machines import Bench, counted, motion
+from wheelpend.benchmarks.benches.robot_cases import balancing
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
 DEFAULT_COUNT = 120
-MACHINE_KINDS = ("swing", "motor", "driven pendulum", "coasting motor")  # in turn
+MACHINE_KINDS = ("swing", "motor", "driven pendulum", "coasting motor", "balancing robot")  # in turn
 KIND_MODELS = {
     "swing": 'plant = "pendulum"\n',
     "motor": 'plant = "shaft"\n',
     "coasting motor": 'plant = "shaft"\n',
     "driven pendulum": 'plant = "pendulum"\n[assumptions]\ndriven = true\n',
+    "balancing robot": 'plant = "wheel_pendulum"\n[sensors]\nencoder = "relative"\n',
 }
 RATES_HZ, SPANS_S, ENCODER_COUNTS = (50.0, 100.0, 200.0, 500.0), (4.0, 6.0, 10.0, 15.0), (400, 1024, 2048, 4096, 0)
 NOISE_RAD = 0.001  # of a sensor that is no encoder
@@ -63,6 +65,10 @@ def plan(count: int) -> list[Case]:
 def made(case: Case) -> Made:
     """The log of a case, and what is hidden in it."""
     rng = np.random.default_rng(FIRST_SEED + case.number)
+    if case.kind == "balancing robot":
+        robot = balancing(rng)
+        log = Log(case.key, robot.t, robot.voltages, robot.readings, ("theta_w", "theta_p", "dtheta_p"))
+        return Made(log, robot.hidden)
     rate, span, counts = (float(rng.choice(RATES_HZ)), float(rng.choice(SPANS_S)), int(rng.choice(ENCODER_COUNTS)))
     t = np.arange(round(rate * span)) / rate
     angles, drive, hidden = _swung(rng, rate, t) if case.kind == "swing" else _driven(rng, case.kind, rate, t)
