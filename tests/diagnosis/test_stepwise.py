@@ -270,7 +270,7 @@ def test_where_sensor_noise_hides_what_lasts_likelihood_judges_it(reached, likel
     monkeypatch.setattr(stepwise, "first_round", lambda problem, start, progress: reached[0])
     monkeypatch.setattr(stepwise, "forward_pass", lambda first, is_done, progress: reached)
     monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: None)
-    monkeypatch.setattr(stepwise, "leaves_a_force", lambda *rest: likely is not None)
+    monkeypatch.setattr(stepwise, "leaves_what_lasts", lambda *rest: likely is not None)
     fitted = SimpleNamespace(of_log=lambda number: {})
     monkeypatch.setattr(stepwise, "best_result", lambda r: stepwise.Result(error if r is likely else 1.0, None, fitted))
     asked = []
@@ -301,7 +301,7 @@ def test_where_no_filter_can_follow_the_model_the_answer_of_the_horizon_stands_w
     monkeypatch.setattr(
         stepwise, "best_result", lambda rounds: stepwise.Result(1.0, None, SimpleNamespace(of_log=lambda number: {}))
     )
-    monkeypatch.setattr(stepwise, "leaves_a_force", fails)
+    monkeypatch.setattr(stepwise, "leaves_what_lasts", fails)
     one, last = stepwise._with_what_shows_later(["one", Last()], None, {}, lambda rounds: False, lambda text: None)
     assert one == "one" and last.warnings[0] == "first"
     assert last.warnings[1].startswith("What sensor noise hides could not be sought: ")

@@ -20,7 +20,7 @@ from wheelpend.diagnosis.evidence import ValidatedFit
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.search import (
     OtherWay,
-    leaves_a_force,
+    leaves_what_lasts,
     likely_model,
     rounds_by_likelihood,
     rounds_from,
@@ -294,7 +294,7 @@ def _with_what_shows_later(
     error, reached, fitted = best_result(rounds)
 
     def sought() -> Rounds:
-        if not leaves_a_force(reached, fitted, progress):
+        if not leaves_what_lasts(reached, fitted, progress):
             return []
         return rounds_by_likelihood(replace(problem, only_lasting=True), start, is_done, progress)
 

@@ -30,6 +30,7 @@ from wheelpend.estimation.random_source import correlation_bounds
 from wheelpend.identification.remainder_at import refitted_remainder
 
 SLOW_RATIO = 3.0  # of the shortest correlation time, from which a force is not white
+CONSTANT_SHARE = 0.9  # of the longest correlation time, from which an error may be a constant one
 
 Progress = Callable[[str], None]
 Rounds = list[Diagnosis]
@@ -176,22 +177,26 @@ def _to_the_end(
     return path
 
 
-def leaves_a_force(problem: EstimationProblem, fitted: Fit, progress: Progress) -> bool:
+def leaves_what_lasts(problem: EstimationProblem, fitted: Fit, progress: Progress) -> bool:
     """True where a model that reaches sensor noise over the horizon leaves a random force, however small it is.
 
     One that likelihood wants stands for what is missing and lasts: of dry friction that takes a wide swing's energy, a
     thousandth of the drive is left beside viscous friction, which does almost as well. Where a surface sticks the
-    filter, which expands about its mean, leaves a white one of its own.
+    filter, which expands about its mean, leaves a white one of its own. A sensor's error that is as slow as such logs
+    can tell stands likewise for what does not change: a gyro's zero hardly shows in segments that each begin anew.
     Raises what `refitted_remainder` does where no filter can follow the model.
     """
-    progress("looking for a random force behind sensor noise")
+    progress("looking for what lasts behind sensor noise")
     logs = problem.logs
-    left = refitted_remainder(problem, [fitted.of_log(k) for k in range(len(logs))]).strongest
-    if left is None or not left.share > 0.0:
+    left = refitted_remainder(problem, [fitted.of_log(k) for k in range(len(logs))])
+    shortest, longest = correlation_bounds([log.duration for log in logs], min(log.dt for log in logs))
+    if any(e.correlation_time_s > CONSTANT_SHARE * longest for e in left.sensors.values()):
+        return True
+    force = left.strongest
+    if force is None or not force.share > 0.0:
         return False
-    shortest, _ = correlation_bounds([log.duration for log in logs], min(log.dt for log in logs))
     sticks = any(isinstance(derive.effects.find(e).enters, DryForce) for e in problem.model.effects)
-    return not sticks or left.correlation_time_s > SLOW_RATIO * shortest
+    return not sticks or force.correlation_time_s > SLOW_RATIO * shortest
 
 
 def _forward(
