@@ -18,18 +18,20 @@ PAGE_HEAD = f"""# Benches: machines that no code of this tool simulates
 
 *This page is written by `{COMMAND_LINE}`; the figures in it are what that command measured.*
 
-Links that swing freely, motors on a bench, pendulums that a motor drives and robots that balance, drawn at random: 4 to 15 s at 50 to
-500 Hz, an encoder of 400 to 4096 counts a turn or noise of {1e3 * NOISE_RAD:g} mrad. They move in steps of 4 µs, apart
-from the tool's own simulator, with dry friction that may hold. A swing has some of: viscous, dry and quadratic
-friction and an encoder's zero; the others some of: dry friction, a delay of one to three rows, a limit of the supply,
-drag or an encoder's zero. A coasting motor has a driver that opens in the pauses of its pulses. Sizes are not chosen
-to be visible: a limit that the command hardly reaches is hidden too.
-The swings begin at 0.1 to 1.8 rad and often end at rest in the midst of the log.
+Links that swing freely, motors on a bench, pendulums that a motor drives and robots that balance, drawn at random, all
+with dry friction that may hold. They move in steps of 4 µs, robots of 20 µs, apart from the tool's own simulator. But
+for the robots, the logs are of 4 to 15 s at 50 to 500 Hz, from an encoder of 400 to 4096 counts a turn or with noise
+of {1e3 * NOISE_RAD:g} mrad. A swing has some of: viscous, dry and quadratic friction and an encoder's zero; the
+others some of: dry friction, a delay of one to three rows, a limit of the supply, drag or an encoder's zero. A
+coasting motor has a driver that opens in the pauses of its pulses. Sizes are not chosen to be visible: a limit that
+the command hardly reaches is hidden too. The swings begin at 0.1 to 1.8 rad and often end at rest in the midst of the
+log.
 
-Balancing robots stand up to places that they are sent to, by a loop of their own at 100 or 200 Hz, for 10 or 20 s: an
-encoder of {min(WHEEL_COUNTS)} to {max(WHEEL_COUNTS)} counts a turn between wheels and body, a pitch with {1e3 * PITCH_NOISE_RAD:g} mrad of noise and a gyro with {1e3 * RATE_NOISE:g} mrad/s. Both
-have a zero of their own; some have sticking gears, a delay of one row, or a pitch that a complementary filter makes of
-gyro and accelerometer; two of three run over rough ground, a random force of 1 or 3 % of the supply.
+Robots stand up to places that they are sent to, by a loop of their own at 100 or 200 Hz, for 10 or 20 s: an encoder of
+{min(WHEEL_COUNTS)} to {max(WHEEL_COUNTS)} counts a turn between wheels and body, a pitch with
+{1e3 * PITCH_NOISE_RAD:g} mrad of noise and a gyro with {1e3 * RATE_NOISE:g} mrad/s. Both have a zero of their own;
+some have sticking gears, a delay of one row, or a pitch that a complementary filter makes of gyro and accelerometer;
+two of three run over rough ground, a random force of 1 or 3 % of the supply.
 
 `explain` is given the log and a plain model. An effect counts as found where it is a step, or is said to be hard to
 tell from one; a step counts as wrong where neither it nor what is said to be hard to tell from it is there.

@@ -32,7 +32,7 @@ class Robot(NamedTuple):
 
 
 class Imu(NamedTuple):
-    """A gyro and an accelerometer, and how they become a pitch: filtered for so long, or without a time the true one."""
+    """A gyro and an accelerometer, and how they become a pitch: filtered for some time, or else the true one."""
 
     tilt: float  # that the pitch reads too much [rad]
     rate_bias: float  # [rad/s]
@@ -53,7 +53,7 @@ class Loop(NamedTuple):
 
 
 def gains_of(robot: Robot, interval_s: float, sizes: Sequence[float], volts: float) -> tuple[float, ...]:
-    """Gains of least squares (Kalman 1960) at an interval, for sizes (4,) of place, pitch and their rates, and volts."""
+    """Gains of least squares (Kalman 1960) for sizes (4,) of place, pitch and their rates, and volts."""
     from scipy.linalg import expm, solve_discrete_are  # imported late: slow to load
 
     off, turned = robot.coupling - robot.rotor, np.array([1.0, -1.0])  # the generalised force of a volt
@@ -88,7 +88,7 @@ def balanced(
 @njit
 def _balance(robot, imu, loop, wanted, pushes, pitch_noise, rate_noise, readings, voltages):
     interval = loop.interval_s
-    steps = int(round(interval / ROBOT_STEP_S))
+    steps = round(interval / ROBOT_STEP_S)
     wheel, body, wheel_speed, body_speed, gained = 0.0, BEGIN_RAD, 0.0, 0.0, 0.0
     fused, turned_before, rate_before, speed_seen = body + imu.tilt, -body, 0.0, 0.0
     for k in range(wanted.size):
