@@ -22,7 +22,7 @@ EFFECT_ROWS = (
         "body",
         "The centre of mass does not lie on the line from which pitch is measured.",
         "centre of mass at angle θp + δ instead of θp",
-        (EffectParameter("angle", "rad", letter="δ", minimum=-1.0, maximum=1.0, typical=0.02),),
+        (EffectParameter("angle", "rad", letter="δ", minimum=-1.0, maximum=1.0, typical=0.02, bounded=True),),
         Deformation("com_angle"),
         means="The robot balances at a pitch that is not zero.",
         resembles="`imu_bias`, always: see below; also `slope`.",

@@ -6,6 +6,10 @@ from derive.effects.row import Effect, EffectParameter, SensorDelay, SensorFilte
 from derive.lazy import sp
 from derive.plant_signature import GYRO
 
+ANGLE_ZERO = EffectParameter(  # no fit may leave its range: beyond it an angle's offset is a disguise of other laws
+    "bias", "rad", letter="b", scope="per log", minimum=-1.0, maximum=1.0, typical=0.02, bounded=True
+)
+
 
 def _error_within_a_turn(
     reading: sp.Expr, zero: sp.Expr, sine: sp.Expr, cosine: sp.Expr, second_sine: sp.Expr, second_cosine: sp.Expr
@@ -53,7 +57,7 @@ EFFECT_ROWS = (
         "sensor",
         "The encoder of the first link does not read zero where the link hangs straight down.",
         "measured θ1 = true + b",
-        (EffectParameter("bias", "rad", letter="b", scope="per log", minimum=-1.0, maximum=1.0, typical=0.02),),
+        (ANGLE_ZERO,),
         SensorMap("theta_1", lambda reading, bias: reading + bias),
         means="The zero was set with the pendulum not at rest, or the sensor was mounted askew.",
         resembles="with a driven link, `cogging` of one period per turn.",
@@ -96,7 +100,7 @@ EFFECT_ROWS = (
         "sensor",
         "The encoder of the second link does not read zero where the link hangs straight down.",
         "measured θ2 = true + b",
-        (EffectParameter("bias", "rad", letter="b", scope="per log", minimum=-1.0, maximum=1.0, typical=0.02),),
+        (ANGLE_ZERO,),
         SensorMap("theta_2", lambda reading, bias: reading + bias),
         means="The zero was set with the pendulum not at rest, or the sensor was mounted askew.",
         resembles="with a driven link, `cogging` of one period per turn.",
@@ -129,7 +133,7 @@ EFFECT_ROWS = (
         "sensor",
         "The pitch sensor's zero is off.",
         "measured θp = true + b",
-        (EffectParameter("bias", "rad", letter="b", scope="per log", minimum=-1.0, maximum=1.0, typical=0.02),),
+        (ANGLE_ZERO,),
         SensorMap("theta_p", lambda reading, bias: reading + bias),
         means="The robot believes it stands upright when it does not.",
         resembles="`com_offset`, always: see below; also `slope`.",

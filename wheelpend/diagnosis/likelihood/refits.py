@@ -29,6 +29,7 @@ from wheelpend.diagnosis.score_test import EffectSize
 from wheelpend.estimation.filter_fit import Effort, FilterEstimator
 from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
+from wheelpend.estimation.profiled_starts import profiled_start_values
 from wheelpend.estimation.random_source import Sources, with_forces
 from wheelpend.estimation.source_search import SOURCES_ALONE, with_second_errors, without_needless
 
@@ -189,12 +190,21 @@ def _begun_refit(
 def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues], known: Mapping[str, float]) -> FilteredModel:
     """A fit that begins with what is known of the machine without any fit, and with small and fast random forces.
 
-    A model that lacks something may have ended so far away that no refit leads back from there.
+    A model that lacks something may have ended so far away that no refit leads back from there. Nor does one from
+    where the shape of an effect has run to its bound: that one begins in the middle again.
     """
-    estimators = _ranking_estimators(model.problem, [[{**v, **known} for v in own] for own in log_values])
+    begins = [[{**v, **known, **_from_bounds(model.problem, v)} for v in own] for own in log_values]
+    estimators = _ranking_estimators(model.problem, begins)
     largest, shortest = ANEW_FORCE_SHARE * model.estimator.force_scale, estimators[0].correlation_bounds[0]
     sources = with_forces(model.point.sources, 1.0, FORCE_STARTS[-1][1], shortest, largest)
     return _best_begun(model.problem, estimators, sources)
+
+
+def _from_bounds(problem: EstimationProblem, values: Mapping[str, float]) -> dict[str, float]:
+    """Starting values of the shapes of a model's effects that lie at a bound: what they are called is lost there."""
+    starts = profiled_start_values(problem)
+    found = {n: effect_parameter(n) for n in starts}
+    return {n: starts[n] for n, p in found.items() if p and not p.minimum < values.get(n, starts[n]) < p.maximum}
 
 
 def _begun_amid_forces(
