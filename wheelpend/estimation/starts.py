@@ -21,7 +21,7 @@ from wheelpend.estimation.profiled_starts import profiled_start_values
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
-from wheelpend.estimation.step_size import stable_step
+from wheelpend.estimation.step_size import shortest_time_constant, stable_step
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.commands import longest_known_part
 from wheelpend.logs.log import Log
@@ -32,6 +32,7 @@ TIME_CONSTANT_RATIO = 1.3  # of the second filter's to the first's
 MAX_START_SEGMENTS = 40  # short segments of a log on which starts are compared
 START_SEGMENTS_PER_HORIZON = 5  # which are so much shorter than the horizon
 START_FIT_ROUNDS, START_STATE_ROUNDS = 8, 3  # of a fit to them, and of one of the initial states alone
+SHOWN_SHARE_OF_ROW = 0.1  # of the time between rows: the longest step in which what settles faster is but followed
 SHORT_SHARE_OF_ROW = 0.01  # of the time between rows, below which no step need be: no row shows what settles within it
 LONGEST_LEAST_STEP_S = 5e-4  # s, however far rows are apart: it is stable down to a time constant of 0.2 ms
 MAX_FITTED_STARTS = 3  # of the candidates, those with the least cost before any fit
@@ -139,12 +140,13 @@ def _short_fit(
 def _step_at(problem: EstimationProblem, values: Mapping[str, float]) -> float:
     """Integration step [s] that resolves the machine's fastest motion at some values, as far as rows can show it.
 
-    An inertia that is too small for them to show would else cost thousands of steps for each. What moves inside is
-    given a step of its own.
+    An inertia that is too small for them to show would else cost thousands of steps for each; what settles within a
+    tenth of a row is followed without being resolved. What moves inside is given a step of its own.
     """
     apart = min(log.dt for log in problem.logs)
-    needed = min(SHORT_SHARE_OF_ROW * apart, LONGEST_LEAST_STEP_S)
-    return max(stable_step(problem.module, values, problem.logs[0]), needed)
+    needed, shown = (min(share * apart, LONGEST_LEAST_STEP_S) for share in (SHORT_SHARE_OF_ROW, SHOWN_SHARE_OF_ROW))
+    settling = shortest_time_constant(problem.module, values, problem.logs[0])
+    return max(stable_step(problem.module, values, problem.logs[0]), needed, min(shown, settling))
 
 
 def _start_error(problem: EstimationProblem, segments: Segments, values: Mapping[str, float]) -> float:

@@ -22,10 +22,15 @@ DIFFERENCE_STEP = 1e-3  # rad or rad/s
 
 def stable_step(module: KernelModule, values: Mapping[str, float], log: Log) -> float:
     """Step [s] of the integrator, a quarter of the inverse of the fastest rate; of effects only inner forces count."""
+    return float(np.clip(STEP_PER_TIME_CONSTANT * shortest_time_constant(module, values, log), *STEP_LIMITS_S))
+
+
+def shortest_time_constant(module: KernelModule, values: Mapping[str, float], log: Log) -> float:
+    """The inverse [s] of the fastest rate of a model near rest; of effects only inner forces count."""
     internal = {n: values[n] for n in module.INTERNAL if n in values}
     matrix = linearised_motion(module, kernel_parameters(module, plant_values(module, values) | internal, log))
     fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else UNKNOWN_RATE
-    return float(np.clip(STEP_PER_TIME_CONSTANT / max(fastest, 1e-9), *STEP_LIMITS_S))
+    return 1.0 / max(fastest, 1e-9)
 
 
 def resolving_step(module: KernelModule, parameters: np.ndarray, state: np.ndarray, longest: float) -> float:
