@@ -321,7 +321,9 @@ def with_rounds_of(monkeypatch, first: str, rest: str, rival: str, deviance: flo
     return [c.effect for r in rounds for c in r.named], rounds[-1].verdict
 
 
-def beside_another_search(monkeypatch, rest: str, deviance: float, error: float, gain: float, needed: bool):
+def beside_another_search(
+    monkeypatch, rest: str, deviance: float, error: float, gain: float, needed: bool, follow=None
+):
     """Effects and verdict of a search beside which another found dry friction and a tilt: so likely, with this error.
 
     By likelihood a dead zone was found, of a deviance of 500, an error of 5 and a gain of 1 on held-out data.
@@ -342,14 +344,14 @@ def beside_another_search(monkeypatch, rest: str, deviance: float, error: float,
         return one_round.Round((Ended([first], "effect_missing", 9.0),), before, larger)
 
     monkeypatch.setattr(search, "one_round", a_round)
-    monkeypatch.setattr(search, "filtered_model", lambda problem, starts, progress: near)
+    monkeypatch.setattr(search, "filtered_from", follow or (lambda problem, starts, progress: near))
     monkeypatch.setattr(search, "refitted", lambda model: model)
     monkeypatch.setattr(search, "_is_needed", lambda model, effect: needed)
     monkeypatch.setattr(search.JudgedModel, "of", lambda model: model)
     monkeypatch.setattr(search, "gain_in_blocks", lambda before, after: np.array([after - before]))
     other = [Ended([SimpleNamespace(effect=e, held_out_gain=None)], "effect_missing", 9.0)
              for e in ("coulomb_drive", "accelerometer_tilt")]  # fmt: skip
-    way = search.OtherWay(other, found_so, {})
+    way = search.OtherWay(other, found_so, [{}])
     rounds = search.rounds_from(start, lambda rounds: len(rounds) > 3, lambda text: None, way)
     return [c.effect for r in rounds for c in r.named], rounds[-1].verdict
 
@@ -372,6 +374,14 @@ def test_a_search_that_leaves_something_unexplained_goes_on_from_what_another_fo
     monkeypatch, rest, deviance, error, gain, needed, ends_with
 ):
     assert beside_another_search(monkeypatch, rest, deviance, error, gain, needed) == ends_with
+
+
+def test_what_another_search_found_and_no_filter_can_follow_changes_nothing(monkeypatch):
+    def fails(problem, starts, progress):
+        raise np.linalg.LinAlgError
+
+    ended = beside_another_search(monkeypatch, "unexplained", 400.0, 4.0, 2.0, True, fails)
+    assert ended == (BY_LIKELIHOOD, "unexplained")
 
 
 @pytest.mark.parametrize(

@@ -307,6 +307,18 @@ def test_where_no_filter_can_follow_the_model_the_answer_of_the_horizon_stands_w
     assert last.warnings[1].startswith("What sensor noise hides could not be sought: ")
 
 
+def test_the_way_that_a_search_went_has_the_values_of_each_log_and_no_effect_that_a_wider_one_replaced(monkeypatch):
+    values = [{"imu_bias.bias": 0.03}, {"imu_bias.bias": -0.01}]
+    fitted = SimpleNamespace(of_log=lambda number: values[number])
+    larger = SimpleNamespace(model=SimpleNamespace(effects=("imu_bias", "stribeck_drive")), logs=values)
+    rounds = [SimpleNamespace(named=[SimpleNamespace(effect=e)])
+              for e in ("coulomb_drive", "imu_bias", "stribeck_drive")]  # fmt: skip
+    monkeypatch.setattr(stepwise, "best_result", lambda found: stepwise.Result(1.0, larger, fitted))
+    way = stepwise._way_of([*rounds, SimpleNamespace(named=[])])
+    assert way.rounds == rounds[1:] and way.problem is larger
+    assert way.log_values == values
+
+
 def test_there_is_room_for_two_more_effects_only_where_both_may_be_added():
     def done(count):
         return stepwise.selection_done([SimpleNamespace(by_likelihood=True)] * count)

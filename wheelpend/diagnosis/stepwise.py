@@ -139,9 +139,14 @@ def stepwise(
 
 
 def _way_of(rounds: Rounds) -> OtherWay:
-    """What a search without likelihoods came to, as one by likelihood may go on from it."""
+    """What a search without likelihoods came to, as one by likelihood may go on from it.
+
+    Of an effect in whose place a wider one came there is nothing to go on from.
+    """
     reached = best_result(rounds)
-    return OtherWay([r for r in rounds if r.named], reached.problem, reached.fit.values)
+    there = reached.problem.model.effects
+    kept = [r for r in rounds if r.named and r.named[0].effect in there]
+    return OtherWay(kept, reached.problem, [reached.fit.of_log(k) for k in range(len(reached.problem.logs))])
 
 
 def down_to_noise(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:

@@ -2,7 +2,8 @@
 
 A row's command is taken to act from the row on. Where it acted before, the machine answers in the very row of a change,
 which no machine does. A step that a machine is said to answer before it comes makes friction of its lag. Seen only on
-commands that are held for rows: of others, one that is made of what is measured is not told from one that is late.
+commands that are held for rows: of others, one that is made of what is measured is not told from one that is late. Nor
+is one that a stop turns round.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ MIN_SINGULAR_RATIO = 1e-9  # of the least to the largest, below which coefficien
 MIN_ROWS = 25  # with all that is looked at
 MANY_CHANGES = 4  # from which on their scatter is known
 MIN_SIGMAS, MIN_SIGMAS_OF_FEW = 5.0, 6.0  # that an answer within the row is above nothing, and above the row before
-MAX_NEXT_RATIO = 5.0  # of the next row's answer to it: 3 at most where the command is a whole row late
+MIN_NEXT_RATIO, MAX_NEXT_RATIO = 0.3, 5.0  # of the next row's answer to it: 3 at most of one that is a whole row late
 MAX_TOLD_SIGMAS = 100.0  # beyond which their number says nothing
+MAX_IN_TIME_SHARE = 0.1  # of the next row's answer, in the row of a change of a command that acts from there on
 MAX_EARLIER_SHARE = 0.3  # of that answer, two rows before a change: else it is none to the change
 
 
@@ -49,8 +51,15 @@ class Answer(NamedTuple):
         size, sigma = self.within_row
         least = MIN_SIGMAS if self.changes >= MANY_CHANGES else MIN_SIGMAS_OF_FEW
         earlier, later = float(np.abs(self.sizes[:ROWS_AHEAD]).max()), float(self.sizes[ROWS_AHEAD + 1] * np.sign(size))
-        is_answer = earlier < MAX_EARLIER_SHARE * abs(size) and later < MAX_NEXT_RATIO * abs(size)
-        return abs(size) > least * sigma and is_answer
+        goes_on = MIN_NEXT_RATIO * abs(size) < later < MAX_NEXT_RATIO * abs(size)  # else the command answers it
+        return abs(size) > least * sigma and goes_on and earlier < MAX_EARLIER_SHARE * abs(size)
+
+    @property
+    def is_in_time(self) -> bool:
+        """True where the machine surely answers in the next row, and hardly in that of a change."""
+        following = ROWS_AHEAD + 1
+        size, sigma = abs(float(self.sizes[following])), float(self.covariance[following, following]) ** 0.5
+        return size > MIN_SIGMAS * sigma and abs(self.within_row[0]) < MAX_IN_TIME_SHARE * size
 
 
 def find_late_command(log: Log, corrections: LogCorrections) -> list[Finding]:
@@ -58,16 +67,20 @@ def find_late_command(log: Log, corrections: LogCorrections) -> list[Finding]:
     table = corrections.table
     if len(table.inputs) != 1 or log.voltage.ndim != 1:
         return []
-    answers = [answer_of(log, channel_values(log, c)) for c in table.places if c in log.channels]
-    found = next((a for a in answers if a and a.is_early), None)
-    if found is None:
+    known = corrections.known.get(table.input)
+    if known and known.held == HELD_BEFORE:
+        return []
+    told = (answer_of(log, channel_values(log, c)) for c in table.places if c in log.channels)
+    answers = [a for a in told if a]
+    found = next((a for a in answers if a.is_early), None)
+    if found is None or any(a.is_in_time for a in answers):
         return []
     corrections.late.add(table.input)
     size, sigma = found.within_row
-    told = f"{abs(size / sigma):.0f} standard errors" if sigma * MAX_TOLD_SIGMAS > abs(size) else "without any doubt"
+    clear = f"{abs(size / sigma):.0f} standard errors" if sigma * MAX_TOLD_SIGMAS > abs(size) else "without any doubt"
     sentence = (f"{table.input} is logged a row after it acts: where it changes the machine answers in the very row, "
-                f"which no machine does ({told}). So does a speed that was averaged over rows on both "
-                "sides.")  # fmt: skip
+                f"which no machine does ({clear}). Or its speed was averaged over rows on both sides, or the command "
+                "is turned round where the machine meets a stop: then leave it.")  # fmt: skip
     cure = (f'Map {table.input} in [columns] with held = "{HELD_BEFORE}": what a row says acted since the row before. '
             "As it is the machine seems to move before it is told to.")  # fmt: skip
     return [Finding("late_command", table.input, sentence, cure, log.dt)]

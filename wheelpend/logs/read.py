@@ -115,6 +115,8 @@ def signals_of_file(
     raw_t, signals, _ = read_scaled_columns(path.name, file, sources, table)
     t = elapsed_seconds(raw_t, sources)
     sum_speeds(signals, t, sources)
+    for name in (n for n in table.inputs if sources[n].acted_before):
+        signals[name] = of_next_row(signals[name])
     unwrap_positions(signals, raw_t, table, sources)
     for name, source in sources.items():
         if source.offset:

@@ -137,10 +137,16 @@ def estimator_of(
 def filtered_model(
     problem: EstimationProblem, starts: Iterable[Mapping[str, float]], progress: Progress
 ) -> FilteredModel:
-    """The likeliest parameters and random sources of a problem's model, from the likeliest of some starts."""
-    candidates = chain(starts, start_candidates(problem))
-    first = estimator_of(problem, [next(candidates)] * len(problem.logs))
-    others = (estimator_of(problem, [values] * len(problem.logs)).problem.space.start() for values in candidates)
+    """The likeliest parameters and random sources of a problem's model, from the likeliest of starts for all logs."""
+    return filtered_from(problem, ([values] * len(problem.logs) for values in starts), progress)
+
+
+def filtered_from(problem: EstimationProblem, starts: Iterable[LogValues], progress: Progress) -> FilteredModel:
+    """The same, from starts that give each log values of its own, then from those that are sought for all."""
+    everywhere = ([values] * len(problem.logs) for values in start_candidates(problem))
+    candidates = chain(starts, everywhere)
+    first = estimator_of(problem, next(candidates))
+    others = (estimator_of(problem, values).problem.space.start() for values in candidates)
     thetas = chain([first.problem.space.start()], others)
     quick = with_quick_kernels(problem, first)
     found = likeliest_sources(quick, thetas, *possible_sources(problem), progress)

@@ -11,7 +11,7 @@ import numpy as np
 import derive
 from derive.effects import DryForce
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
-from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, LogValues, filtered_from, filtered_model
 from wheelpend.diagnosis.likelihood.held_out import gain_in_blocks
 from wheelpend.diagnosis.likelihood.judgement import MIN_TOLD_GAIN, JudgedModel
 from wheelpend.diagnosis.likelihood.meaning import without_meaning
@@ -27,7 +27,7 @@ from wheelpend.diagnosis.verdict import Diagnosis, where_chance_does_not_explain
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import correlation_bounds
-from wheelpend.identification.remainder_at import refitted_remainder
+from wheelpend.identification.remainder_at import found_or_warning, refitted_remainder
 
 SLOW_RATIO = 3.0  # of the shortest correlation time, from which a force is not white
 CONSTANT_SHARE = 0.9  # of the longest correlation time, from which an error may be a constant one
@@ -78,9 +78,9 @@ def likely_fits(
 class OtherWay(NamedTuple):
     """Effects that another search added, none of which it found by likelihood."""
 
-    rounds: Rounds  # each of which names one
+    rounds: Rounds  # each of which names one that is still there
     problem: EstimationProblem  # of the model with them all
-    values: Mapping[str, float]  # of its parameters
+    log_values: LogValues  # of its parameters in each log
 
 
 def rounds_from(
@@ -97,7 +97,13 @@ def rounds_from(
     if _is_unexplained(path) and path.fork is not None:
         path = _with_rival(path, *path.fork, is_done, progress)
     if _is_unexplained(path) and other and other.rounds:
-        path = _along(other, path, model, is_done, progress)
+        way, before = other, path
+        followed, lines = found_or_warning(
+            "What another search found could not be followed", lambda: _along(way, before, model, is_done, progress)
+        )
+        path = followed or path
+        for line in lines:
+            progress(line)
     return path.rounds
 
 
@@ -134,7 +140,7 @@ def _along(
     if set(effects) <= set(path.judged.problem.model.effects):
         return path
     progress(f"something is left unexplained: once more from {', '.join(effects)}, which predict without likelihoods")
-    near = refitted(filtered_model(other.problem, [other.values], progress))
+    near = refitted(filtered_from(other.problem, [other.log_values], progress))
     if not _is_likelier(near, path.judged) or not all(_is_needed(near, e) for e in effects):
         return path
     start, reached = (JudgedModel.of(m) for m in (model, near))
