@@ -10,7 +10,7 @@ from wheelpend.benchmarks.benches.robots import Imu, Loop, Robot, balanced, gain
 
 ROBOT_RATES_HZ, ROBOT_SPANS_S, WHEEL_COUNTS = (100.0, 200.0), (10.0, 20.0), (360, 1000, 2000)
 FILTER_TIMES_S = (0.5, 1.0, 2.0)  # of a pitch that is fused with an accelerometer
-GRAVITY, ROUGHNESS_S = 9.81, 0.1  # m/s²; correlation time of the force by rough ground
+GRAVITY_M_S2, ROUGHNESS_S = 9.81, 0.1  # correlation time of the force by rough ground
 PITCH_NOISE_RAD, RATE_NOISE = 0.002, 0.005  # rad, rad/s
 MAX_CLIPPED = 0.05  # share of a log at the limit of the supply
 
@@ -41,7 +41,7 @@ def _drawn(rng: np.random.Generator) -> RobotLog | None:
     loop = Loop(interval, gains, supply, int(rng.random() < 0.3), int(rng.choice(WHEEL_COUNTS)))
     fused = float(rng.choice(FILTER_TIMES_S)) if rng.random() < 0.4 else 0.0
     zeros = rng.normal(0.0, 0.015), rng.normal(0.0, 0.01)
-    imu = Imu(*zeros, radius / GRAVITY, fused, PITCH_NOISE_RAD, RATE_NOISE)
+    imu = Imu(*zeros, radius / GRAVITY_M_S2, fused, PITCH_NOISE_RAD, RATE_NOISE)
     hold = round(rng.uniform(1.5, 3.0) / interval)
     wanted = np.repeat(rng.uniform(-3.0, 3.0, t.size // hold + 1), hold)[: t.size]
     pushes = supply * rng.choice([0.0, 0.01, 0.03]) * _rough(rng, interval, t.size)
@@ -54,7 +54,7 @@ def _drawn(rng: np.random.Generator) -> RobotLog | None:
 def _robot(rng: np.random.Generator, supply: float, radius: float, dry: float) -> Robot:
     mass, height = rng.uniform(0.3, 1.5), rng.uniform(0.04, 0.15)  # kg, m
     wheels, weight = mass * rng.uniform(0.05, 0.2), supply / rng.uniform(1.5, 4.0)  # kg of two discs, V
-    per_volt = mass * GRAVITY * height / weight  # N m
+    per_volt = mass * GRAVITY_M_S2 * height / weight  # N m
     return Robot(
         roll=(mass + 1.5 * wheels) * radius**2 / per_volt,
         lean=mass * height**2 * rng.uniform(1.15, 1.5) / per_volt,
