@@ -1,7 +1,10 @@
 """A robot that balances by a loop of its own, simulated apart from the tool: all that it lacks is named."""
 
+from types import SimpleNamespace
+
 import pytest
 
+import derive
 from wheelpend import explain, identify
 from wheelpend.benchmarks.benches.cases import Case, made
 from wheelpend.diagnosis.likelihood import refits
@@ -35,4 +38,6 @@ def test_a_shape_that_has_run_to_its_bound_begins_in_the_middle_again(time_const
     middle = {"accelerometer_tilt.time_constant": 1.0}
     monkeypatch.setattr(refits, "profiled_start_values", lambda problem: middle)
     values = {"accelerometer_tilt.time_constant": time_constant, "accelerometer_tilt.gain": 0.003}
-    assert refits._from_bounds(None, values) == (middle if begins_anew else {})
+    model = SimpleNamespace(effects=("coulomb_drive", "accelerometer_tilt"))
+    problem = SimpleNamespace(effect=derive.effects.find, model=model)
+    assert refits._from_bounds(problem, values) == (middle if begins_anew else {})

@@ -21,7 +21,7 @@ from wheelpend.estimation.profiled_starts import profiled_start_values
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
-from wheelpend.estimation.step_size import shortest_time_constant, stable_step
+from wheelpend.estimation.step_size import shortest_time_constant, step_within
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.commands import longest_known_part
 from wheelpend.logs.log import Log
@@ -146,7 +146,7 @@ def _step_at(problem: EstimationProblem, values: Mapping[str, float]) -> float:
     apart = min(log.dt for log in problem.logs)
     needed, shown = (min(share * apart, LONGEST_LEAST_STEP_S) for share in (SHORT_SHARE_OF_ROW, SHOWN_SHARE_OF_ROW))
     settling = shortest_time_constant(problem.module, values, problem.logs[0])
-    return max(stable_step(problem.module, values, problem.logs[0]), needed, min(shown, settling))
+    return max(step_within(settling), needed, min(shown, settling))
 
 
 def _start_error(problem: EstimationProblem, segments: Segments, values: Mapping[str, float]) -> float:

@@ -22,7 +22,12 @@ DIFFERENCE_STEP = 1e-3  # rad or rad/s
 
 def stable_step(module: KernelModule, values: Mapping[str, float], log: Log) -> float:
     """Step [s] of the integrator, a quarter of the inverse of the fastest rate; of effects only inner forces count."""
-    return float(np.clip(STEP_PER_TIME_CONSTANT * shortest_time_constant(module, values, log), *STEP_LIMITS_S))
+    return step_within(shortest_time_constant(module, values, log))
+
+
+def step_within(time_constant: float) -> float:
+    """Step [s] of the integrator that resolves a motion of such a time constant [s], within the limits of steps."""
+    return float(np.clip(STEP_PER_TIME_CONSTANT * time_constant, *STEP_LIMITS_S))
 
 
 def shortest_time_constant(module: KernelModule, values: Mapping[str, float], log: Log) -> float:

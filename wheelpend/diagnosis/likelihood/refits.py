@@ -202,9 +202,9 @@ def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues], known: Ma
 
 def _from_bounds(problem: EstimationProblem, values: Mapping[str, float]) -> dict[str, float]:
     """Starting values of the shapes of a model's effects that lie at a bound: what they are called is lost there."""
-    starts = profiled_start_values(problem)
-    found = {n: effect_parameter(n) for n in starts}
-    return {n: starts[n] for n, p in found.items() if p and not p.minimum < values.get(n, starts[n]) < p.maximum}
+    shapes = [(e.name_of(e.profiled), e.profiled) for e in map(problem.effect, problem.model.effects) if e.profiled]
+    lost = [n for n, p in shapes if n in values and not p.minimum < values[n] < p.maximum]
+    return {n: v for n, v in profiled_start_values(problem).items() if n in lost} if lost else {}
 
 
 def _begun_amid_forces(

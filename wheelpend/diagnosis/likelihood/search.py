@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -97,10 +98,8 @@ def rounds_from(
     if _is_unexplained(path) and path.fork is not None:
         path = _with_rival(path, *path.fork, is_done, progress)
     if _is_unexplained(path) and other and other.rounds:
-        way, before = other, path
-        followed, lines = found_or_warning(
-            "What another search found could not be followed", lambda: _along(way, before, model, is_done, progress)
-        )
+        along = partial(_along, other, path, model, is_done, progress)
+        followed, lines = found_or_warning("What another search found could not be followed", along)
         path = followed or path
         for line in lines:
             progress(line)
@@ -184,12 +183,13 @@ def _to_the_end(
 
 
 def leaves_what_lasts(problem: EstimationProblem, fitted: Fit, progress: Progress) -> bool:
-    """True where a model that reaches sensor noise over the horizon leaves a random force, however small it is.
+    """True where a model that reaches sensor noise over the horizon leaves a random force, or what may be a zero.
 
-    One that likelihood wants stands for what is missing and lasts: of dry friction that takes a wide swing's energy, a
-    thousandth of the drive is left beside viscous friction, which does almost as well. Where a surface sticks the
-    filter, which expands about its mean, leaves a white one of its own. A sensor's error that is as slow as such logs
-    can tell stands likewise for what does not change: a gyro's zero hardly shows in segments that each begin anew.
+    However small a force is that likelihood wants, it stands for what is missing and lasts: of dry friction that takes
+    a wide swing's energy, a thousandth of the drive is left beside viscous friction, which does almost as well. Where a
+    surface sticks the filter, which expands about its mean, leaves a white one of its own. A sensor's error that is as
+    slow as such logs can tell stands likewise for what does not change: a gyro's zero hardly shows in segments that
+    each begin anew.
     Raises what `refitted_remainder` does where no filter can follow the model.
     """
     progress("looking for what lasts behind sensor noise")
